@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "models/geometry.h"
+#include "recognition/pair_table.h"
+#include "recognition/recognition_model.h"
+#include "recognition/recognizer_options.h"
+
+namespace binpick {
+
+/// What the library is built from: a closed or partial surface in its own frame, metres.
+struct ModelSource {
+  std::string name;
+  /// A cloud without normals gets estimated ones: outward when the frame's origin lies inside the
+  /// cloud's bounding box, otherwise towards the origin (a segment cut out of a scan).
+  std::variant<TriangleMesh, PointCloud> shape;
+  /// Poses that shape cannot tell apart (T_model_equivalent); empty means the identity alone.
+  std::vector<Eigen::Isometry3d> symmetries = {};
+};
+
+/// The offline phase (IJRR 2012, section 4.1): all models, and one hash table of their oriented
+/// point pairs. Immutable once built; threads share it freely.
+class ModelLibrary {
+ public:
+  /// Builds the table in time linear in the number of model points.
+  /// @throws InputError when there is no model, two share a name, or one has no surface.
+  explicit ModelLibrary(const std::vector<ModelSource>& sources,
+                        RecognizerSetting setting = RecognizerSetting::kDefault);
+
+  [[nodiscard]] const std::vector<RecognitionModel>& models() const noexcept { return models_; }
+  [[nodiscard]] const PairTable& pairs() const noexcept { return pairs_; }
+  [[nodiscard]] RecognizerSetting setting() const noexcept { return setting_; }
+
+  /// d, the same for all models: 0.6 of the smallest middle extent, so that both points of a pair
+  /// fit on the visible part of every model.
+  [[nodiscard]] double pair_width() const noexcept { return pair_width_; }
+  /// delta_d.
+  [[nodiscard]] double pair_tolerance() const noexcept { return pair_tolerance_; }
+  /// The finest leaf size that the models ask for: 1/34 of the smallest diameter.
+  [[nodiscard]] double leaf_size() const noexcept { return leaf_size_; }
+
+ private:
+  RecognizerSetting setting_;
+  std::vector<RecognitionModel> models_;
+  double pair_width_ = 0.0;
+  double pair_tolerance_ = 0.0;
+  double leaf_size_ = 0.0;
+  PairTable pairs_;
+};
+
+}  // namespace binpick
