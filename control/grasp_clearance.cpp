@@ -1,0 +1,65 @@
+#include "control/grasp_clearance.h"
+
+#include <cmath>
+
+namespace binpick {
+namespace {
+
+// Below this height over the table a point belongs to the table as the sensor sees it.
+constexpr double kTableNoise = 0.01;
+
+Eigen::AlignedBox3d bounding_box(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
+  return box;
+}
+
+}  // namespace
+
+GraspClearance::GraspClearance(const RangeImage& image, const GripperDescription& gripper,
+                               double table_height, double margin)
+    : gripper_(gripper), margin_(margin) {
+  for (int v = 0; v < image.intrinsics.height; ++v) {
+    for (int u = 0; u < image.intrinsics.width; ++u) {
+      if (!(image.at(u, v) > 0.0f)) continue;
+      const Eigen::Vector3d p_world = image.T_world_camera * image.p_camera(u, v);
+      if (p_world.z() > table_height + kTableNoise) points_world_.push_back(p_world);
+    }
+  }
+}
+
+int GraspClearance::obstructing_points(const GraspPlan& plan, double own_margin) const {
+  const Eigen::AlignedBox3d tight = bounding_box(plan.object->mesh);
+  const Eigen::Vector3d grown = Eigen::Vector3d::Constant(own_margin);
+  const Eigen::AlignedBox3d own(tight.min() - grown, tight.max() + grown);
+  const Eigen::Isometry3d T_grasp_world = plan.T_world_grasp.inverse();
+  const Eigen::Isometry3d T_object_world = plan.detection.T_scene_model.inverse();
+  int count = 0;
+  for (const Eigen::Vector3d& p_world : points_world_) {
+    if (in_swept_gripper(T_grasp_world * p_world, plan.grasp->pre_opening) &&
+        !own.contains(T_object_world * p_world)) {
+      ++count;
+    }
+  }
+  return count;
+}
+
+bool GraspClearance::in_swept_gripper(const Eigen::Vector3d& p_grasp,
+                                      double opening) const noexcept {
+  // Moving forward along z, whatever lies behind a part's front face will be swept by it.
+  const double x = std::abs(p_grasp.x());
+  const double y = std::abs(p_grasp.y());
+  const double z = p_grasp.z();
+  const double reach_back = gripper_.T_flange_tcp.translation().z();
+  if (z < -reach_back) return false;
+  const double finger_inside = 0.5 * opening - margin_;
+  const double finger_outside = 0.5 * opening + gripper_.finger_thickness + margin_;
+  const bool in_finger = x < 0.5 * gripper_.pad_width + margin_ && y > finger_inside &&
+                         y < finger_outside && z < gripper_.tip_beyond_tcp + margin_;
+  const double housing_front = gripper_.tip_beyond_tcp - gripper_.finger_length;
+  const bool in_housing = x < 0.5 * gripper_.body_size.x() + margin_ &&
+                          y < 0.5 * gripper_.body_size.y() + margin_ && z < housing_front + margin_;
+  return in_finger || in_housing;
+}
+
+}  // namespace binpick
