@@ -1,0 +1,135 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "control/arm_model.h"
+#include "control/cartesian_impedance.h"
+#include "control/contact_monitor.h"
+#include "control/disturbance_observer.h"
+#include "control/joint_impedance.h"
+#include "control/operational_space.h"
+#include "control/torque_limiter.h"
+#include "models/robot.h"
+
+namespace binpick {
+
+struct ArmControllerOptions {
+  CartesianImpedanceOptions cartesian;
+  JointImpedanceOptions joint;
+  DisturbanceObserverOptions observer;
+  TorqueLimiterOptions limiter;
+  double safe_stop_damping = 8.0;  ///< 1/s: braking torque per momentum after a fault
+
+  /// @throws InputError listing every value that makes no sense.
+  void validate() const;
+};
+
+/// Which law drives the arm.
+enum class ControlMode {
+  kJoint,      ///< joint impedance towards the joint target
+  kCartesian,  ///< Cartesian impedance towards the Cartesian target
+  kSafeStop,   ///< gravity compensation and braking, after a fault, until reset()
+};
+
+/// Why the arm was stopped safely.
+enum class ControlFault {
+  kNone,
+  kBadState,   ///< a sensor delivered a value that is not finite
+  kBadPeriod,  ///< dt was not a positive, finite time of at most 0.1 s
+  kBadTarget,  ///< the set-point led to torques that are not finite
+};
+
+/// What the controller knows after a tick.
+struct ArmStatus {
+  ControlMode mode = ControlMode::kJoint;
+  ControlFault fault = ControlFault::kNone;
+  JointVector q = JointVector::Zero();   ///< measured, rad
+  JointVector qd = JointVector::Zero();  ///< measured, rad/s
+  ArmDynamics dynamics;                  ///< at the measured state, payload included
+  Eigen::Isometry3d T_world_tcp = Eigen::Isometry3d::Identity();  ///< measured
+  Vector6 twist = Vector6::Zero();             ///< of the tool centre, world axes
+  Vector6 external_wrench = Vector6::Zero();   ///< estimated, on the tool centre, world axes
+  JointVector residual = JointVector::Zero();  ///< estimated external joint torques, Nm
+  bool contact = false;                        ///< touching something, collisions included
+  bool collision = false;                      ///< hf1 of Figs. 5 and 6
+  Vector6 spring_wrench = Vector6::Zero();     ///< virtual spring at the tool centre, world axes
+  double torque_share = 1.0;  ///< < 1: control torques were scaled down to the effort limits
+};
+
+/// The arm's controller at the boundary (joint state, dt) -> joint torques: observer, contact
+/// monitor, joint and Cartesian impedance, limits. A motion layer gives a set-point before each
+/// tick and reads the status after it:
+///
+///   controller.set_cartesian_target(line.sample(t));
+///   command.tau = controller.tick(state.joints, kControlPeriod);
+///   if (controller.status().collision) controller.stop();
+///
+/// The first tick holds the measured pose unless a target was given. When the kind of target
+/// changes, the new law starts at rest from the measured state: begin trajectories at
+/// `status().q` or `status().T_world_tcp`; the torque rate limit smooths what is left.
+///
+/// Not thread-safe. The tick and the setters allocate nothing, except set_payload.
+class ArmController {
+ public:
+  /// @throws InputError if the options make no sense.
+  explicit ArmController(const ArmModel& model, const ArmControllerOptions& options = {});
+
+  void set_joint_target(const JointTarget& target) noexcept;
+  void set_cartesian_target(const CartesianTarget& target) noexcept;
+  /// Of the Cartesian law, tool axes, N/m and Nm/rad; comes into force along the ramp.
+  void set_stiffness(const Vector6& stiffness) noexcept;
+  /// Where the Cartesian law's null space pulls the arm, rad. Without a call: the posture in which
+  /// the Cartesian law took over.
+  void set_posture(const JointVector& q) noexcept;
+  void set_thresholds(const ContactThresholds& thresholds) noexcept;
+
+  /// The stop reaction: the equilibrium becomes the present pose, at rest, so that the stored
+  /// spring is gone; the given set-points are abandoned. Keeps the mode.
+  void stop() noexcept;
+
+  /// Tells the model what the gripper carries (tool-centre frame); the observer starts anew.
+  /// @throws InputError for a negative mass.
+  void set_payload(const BodyInertia& payload);
+  void clear_payload() noexcept;
+  /// Takes the present residual as sensor offset. Only at rest and out of contact.
+  void zero_observer() noexcept;
+
+  /// One control period: torques for the motors, gravity included, always finite and within the
+  /// limits.
+  [[nodiscard]] JointVector tick(const JointState& state, double dt) noexcept;
+
+  [[nodiscard]] const ArmStatus& status() const noexcept { return status_; }
+  /// Stiffness in force, tool axes.
+  [[nodiscard]] const Vector6& stiffness() const noexcept { return cartesian_.stiffness(); }
+  /// With the payload.
+  [[nodiscard]] const ArmModel& model() const noexcept { return model_; }
+
+  /// Ends a safe stop: holds the pose of the next tick.
+  void reset() noexcept;
+
+ private:
+  void hold_present_pose() noexcept;
+  void sense(const JointState& state, double dt) noexcept;
+  [[nodiscard]] JointVector control_torques(double dt) noexcept;
+  [[nodiscard]] JointVector safe_stop(ControlFault fault, double dt) noexcept;
+
+  ArmControllerOptions options_;
+  ArmModel unloaded_model_;
+  ArmModel model_;
+  CartesianImpedance cartesian_;
+  JointImpedance joint_;
+  DisturbanceObserver observer_;
+  ContactMonitor monitor_;
+  TorqueLimiter limiter_;
+
+  ControlMode mode_ = ControlMode::kJoint;
+  bool hold_ = true;     ///< the next tick takes the measured pose as its target
+  bool entered_ = true;  ///< the law of `mode_` has not run yet
+  JointTarget joint_target_;
+  CartesianTarget cartesian_target_;
+  OperationalSpace space_;
+  ArmStatus status_;
+};
+
+}  // namespace binpick

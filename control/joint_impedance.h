@@ -1,0 +1,46 @@
+#pragma once
+
+#include "control/arm_model.h"
+#include "control/damping_design.h"
+
+namespace binpick {
+
+/// Where the joints should be and how they should move.
+struct JointTarget {
+  JointVector q = JointVector::Zero();    ///< rad
+  JointVector qd = JointVector::Zero();   ///< rad/s
+  JointVector qdd = JointVector::Zero();  ///< rad/s^2
+};
+
+struct JointImpedanceOptions {
+  /// Nm/rad.
+  JointVector stiffness = (JointVector() << 1500, 1500, 1000, 1000, 600, 300, 300).finished();
+  double damping_ratio = 0.7;  ///< of every mode
+  /// No spring pulls harder than this share of its joint's effort limit.
+  double max_spring_share = 0.3;
+
+  /// @throws InputError listing every value that makes no sense.
+  void validate() const;
+};
+
+/// Joint impedance: tau = M qdd_d + alpha C qd + sat(K (q_d - q)) + D (qd_d - qd), without gravity,
+/// which the caller adds; D from K and M by double diagonalisation. alpha in [0, 1] is the share
+/// of the present velocity that the target asks for (see CartesianImpedance).
+class JointImpedance {
+ public:
+  JointImpedance(const JointLimits& limits, const JointImpedanceOptions& options);
+
+  /// Joint torques without gravity, Nm. Allocates nothing.
+  [[nodiscard]] JointVector torques(const ArmDynamics& dynamics, const JointMatrix& M_inverse,
+                                    const JointVector& q, const JointVector& qd,
+                                    const JointTarget& target) noexcept;
+
+  [[nodiscard]] const JointImpedanceOptions& options() const noexcept { return options_; }
+
+ private:
+  JointImpedanceOptions options_;
+  JointVector max_spring_torque_;
+  DampingDesign<kArmJoints> damping_design_;
+};
+
+}  // namespace binpick
