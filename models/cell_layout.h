@@ -14,6 +14,8 @@ struct Place {
   std::vector<std::string> objects;  ///< the models that belong here
   /// The tool centre's target above the support: x, y; objects are lowered until contact.
   Eigen::Vector2d p_world = Eigen::Vector2d::Zero();
+  /// Targets to use one after the other, starting again after the last; never empty.
+  std::vector<Eigen::Vector2d> slots;
   Eigen::Vector2d size = Eigen::Vector2d::Zero();  ///< extent in x and y, m
   double floor_height = 0.0;                       ///< z of the supporting surface, m
   double rim_height = 0.0;                         ///< z that must be cleared on the way, m
