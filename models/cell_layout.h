@@ -12,9 +12,9 @@ namespace binpick {
 struct Place {
   std::string name;                  ///< e.g. "bottle bin"
   std::vector<std::string> objects;  ///< the models that belong here
-  /// The tool centre's target above the support: x, y; objects are lowered until contact.
-  Eigen::Vector2d p_world = Eigen::Vector2d::Zero();
-  /// Targets to use one after the other, starting again after the last; never empty.
+  Eigen::Vector2d p_world = Eigen::Vector2d::Zero();  ///< centre of the place, m
+  /// Where the tool centre goes for the first, second, ... object, starting again after the last;
+  /// never empty. Objects are lowered there until contact.
   std::vector<Eigen::Vector2d> slots;
   Eigen::Vector2d size = Eigen::Vector2d::Zero();  ///< extent in x and y, m
   double floor_height = 0.0;                       ///< z of the supporting surface, m

@@ -1,0 +1,269 @@
+#include "control/manipulation_automaton.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "models/errors.h"
+
+namespace binpick {
+namespace {
+
+using enum AutomatonState;
+using Conditions = AutomatonConditions;
+
+bool always(const Conditions&) noexcept { return true; }
+bool no_object(const Conditions& c) noexcept { return c.no_object; }
+bool no_grasp(const Conditions& c) noexcept { return c.no_grasp; }
+bool collision_or_failed_grasp(const Conditions& c) noexcept { return c.C(); }
+bool believed_empty(const Conditions& c) noexcept { return c.believed_empty; }
+bool finished(const Conditions& c) noexcept { return c.finished; }
+
+const Place* find_place(const CellLayout& layout, const std::string& model) {
+  for (const Place& place : layout.places) {
+    if (std::find(place.objects.begin(), place.objects.end(), model) != place.objects.end()) {
+      return &place;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+const std::vector<AutomatonTransition>& automaton_table() {
+  static const std::vector<AutomatonTransition> kFigure4 = {
+      {kGoToOverview, always, kRecognizeObjects, "the scene is in full view"},
+      {kRecognizeObjects, believed_empty, kHalted, "A, often enough: the table is empty"},
+      {kRecognizeObjects, finished, kHalted, "no progress for too long"},
+      {kRecognizeObjects, no_object, kGoToOverview, "A: look again"},
+      {kRecognizeObjects, always, kSelectGrasp, "not A"},
+      {kSelectGrasp, finished, kHalted, "no progress for too long"},
+      {kSelectGrasp, no_grasp, kGoToOverview, "B: look again"},
+      {kSelectGrasp, always, kGraspObject, "not B"},
+      {kGraspObject, finished, kHalted, "the attempts are used up"},
+      {kGraspObject, collision_or_failed_grasp, kGoToOverview, "C"},
+      {kGraspObject, always, kCarryAway, "not C"},
+      {kCarryAway, finished, kHalted, "the attempts are used up"},
+      {kCarryAway, collision_or_failed_grasp, kGoToOverview, "C: lost on the way"},
+      {kCarryAway, always, kPlaceDown, "not C"},
+      {kPlaceDown, finished, kHalted, "the attempts are used up"},
+      {kPlaceDown, always, kGoToOverview, "next object"},
+  };
+  return kFigure4;
+}
+
+std::string_view to_text(AutomatonState state) noexcept {
+  switch (state) {
+    case kGoToOverview:
+      return "go to overview";
+    case kRecognizeObjects:
+      return "recognize objects";
+    case kSelectGrasp:
+      return "select a grasp";
+    case kGraspObject:
+      return "grasp object";
+    case kCarryAway:
+      return "carry away";
+    case kPlaceDown:
+      return "place down";
+    case kHalted:
+      return "halted";
+  }
+  return "";
+}
+
+std::string_view to_text(SkillResult result) noexcept {
+  switch (result) {
+    case SkillResult::kDone:
+      return "done";
+    case SkillResult::kCollision:
+      return "collision";
+    case SkillResult::kFailedGrasp:
+      return "failed grasp";
+    case SkillResult::kUnreachable:
+      return "unreachable";
+  }
+  return "";
+}
+
+ManipulationAutomaton::ManipulationAutomaton(ManipulationSkills& skills,
+                                             const GraspSelector& selector,
+                                             const CellLayout& layout,
+                                             const std::vector<ObjectModel>& objects,
+                                             AutomatonOptions options)
+    : skills_(skills),
+      selector_(selector),
+      layout_(layout),
+      options_(std::move(options)),
+      placed_per_place_(layout.places.size(), 0) {
+  for (const ObjectModel& object : objects) {
+    const Place* place = find_place(layout, object.name);
+    if (place == nullptr || place->slots.empty()) {
+      throw InputError(fmt::format(
+          "the cell has no place for '{}': add it to the objects of a place with a slot",
+          object.name));
+    }
+  }
+}
+
+AutomatonResult ManipulationAutomaton::run() {
+  AutomatonResult result;
+  AutomatonState state = kGoToOverview;
+  while (state != kHalted) {
+    if (on_state_) on_state_(state);
+    AutomatonEvent event{state, {}, kHalted, {}, {}};
+    event.conditions = act(state, event);
+    for (const AutomatonTransition& arrow : automaton_table()) {
+      if (arrow.from == state && arrow.guard(event.conditions)) {
+        event.next = arrow.to;
+        break;
+      }
+    }
+    state = event.next;
+    result.events.push_back(std::move(event));
+  }
+  const Conditions& last = result.events.back().conditions;
+  const bool attempts_used = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
+  result.reason = last.believed_empty ? HaltReason::kBelievedEmpty
+                  : attempts_used     ? HaltReason::kAttemptsUsed
+                                      : HaltReason::kGaveUp;
+  result.placed = placed_;
+  return result;
+}
+
+AutomatonConditions ManipulationAutomaton::act(AutomatonState state, AutomatonEvent& event) {
+  switch (state) {
+    case kGoToOverview:
+      skills_.go_to_overview();
+      return {};
+    case kRecognizeObjects:
+      return act_recognize(event);
+    case kSelectGrasp:
+      return act_select(event);
+    case kGraspObject:
+      return act_grasp(event);
+    case kCarryAway:
+      return act_carry(event);
+    case kPlaceDown:
+      return act_place(event);
+    case kHalted:
+      break;
+  }
+  return {};
+}
+
+AutomatonConditions ManipulationAutomaton::act_recognize(AutomatonEvent& event) {
+  detections_ = skills_.recognize();
+  if (!options_.wanted_model.empty()) {
+    std::erase_if(detections_,
+                  [&](const Detection& d) { return d.model != options_.wanted_model; });
+  }
+  detections_ = selector_.pickable(detections_);
+  event.detail = fmt::format("{} objects in the pick region", detections_.size());
+
+  AutomatonConditions conditions;
+  conditions.no_object = detections_.empty();
+  empty_looks_ = conditions.no_object ? empty_looks_ + 1 : 0;
+  conditions.believed_empty = empty_looks_ >= options_.looks_before_empty;
+  conditions.finished = ++idle_cycles_ > options_.max_idle_cycles;
+  return conditions;
+}
+
+AutomatonConditions ManipulationAutomaton::act_select(AutomatonEvent& event) {
+  std::optional<GraspPlan> plan = choose();
+  AutomatonConditions conditions;
+  conditions.no_grasp = !plan;
+  if (plan) {
+    event.object = plan->detection.model;
+    event.detail = fmt::format("{}, cost {:.3f}", plan->grasp->name, plan->cost);
+    target_ = target_for(std::move(*plan));
+  }
+  return conditions;
+}
+
+std::optional<GraspPlan> ManipulationAutomaton::choose() {
+  const auto fresh = [&](const GraspPlan& plan) { return !failed_before(plan); };
+  if (auto plan = selector_.select(detections_, [&](const GraspPlan& candidate) {
+        return fresh(candidate) && skills_.obstruction(candidate) == 0;
+      })) {
+    return plan;
+  }
+  // Nothing is free: the way with the least in it, if need be one that failed before.
+  std::optional<GraspPlan> least;
+  int least_obstruction = std::numeric_limits<int>::max();
+  const auto consider = [&](bool also_failed) {
+    for (const Detection& detection : detections_) {
+      for (GraspPlan& plan : selector_.feasible_grasps(detection)) {
+        if (!also_failed && !fresh(plan)) continue;
+        const int obstruction = skills_.obstruction(plan);
+        if (obstruction >= least_obstruction) continue;
+        least_obstruction = obstruction;
+        least = std::move(plan);
+      }
+    }
+  };
+  consider(false);
+  if (!least) {
+    failed_.clear();
+    consider(true);
+  }
+  return least;
+}
+
+AutomatonConditions ManipulationAutomaton::act_grasp(AutomatonEvent& event) {
+  ++attempts_;
+  const SkillResult result = skills_.grasp(target_->plan);
+  return after_skill(result, event);
+}
+
+AutomatonConditions ManipulationAutomaton::act_carry(AutomatonEvent& event) {
+  return after_skill(skills_.carry(target_->plan, *target_->place, target_->slot), event);
+}
+
+AutomatonConditions ManipulationAutomaton::act_place(AutomatonEvent& event) {
+  const SkillResult result = skills_.place(target_->plan, *target_->place, target_->slot);
+  AutomatonConditions conditions = after_skill(result, event);
+  ++placed_;
+  ++placed_per_place_[static_cast<std::size_t>(target_->place - layout_.places.data())];
+  failed_.clear();
+  idle_cycles_ = 0;
+  conditions.finished = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
+  return conditions;
+}
+
+AutomatonConditions ManipulationAutomaton::after_skill(SkillResult result, AutomatonEvent& event) {
+  const GraspPlan& plan = target_->plan;
+  event.object = plan.detection.model;
+  event.detail = fmt::format("{}: {}", plan.grasp->name, to_text(result));
+  AutomatonConditions conditions;
+  conditions.collision = result == SkillResult::kCollision || result == SkillResult::kUnreachable;
+  conditions.failed_grasp = result == SkillResult::kFailedGrasp;
+  if (conditions.C()) {
+    failed_.push_back(
+        {plan.detection.model, plan.grasp->name, plan.detection.T_scene_model.translation()});
+    conditions.finished = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
+  }
+  return conditions;
+}
+
+bool ManipulationAutomaton::failed_before(const GraspPlan& plan) const {
+  return std::any_of(failed_.begin(), failed_.end(), [&](const FailedGrasp& failed) {
+    const Eigen::Vector3d moved =
+        plan.detection.T_scene_model.translation() - failed.p_world_object;
+    return failed.model == plan.detection.model && failed.grasp == plan.grasp->name &&
+           moved.norm() < options_.same_place;
+  });
+}
+
+ManipulationAutomaton::Target ManipulationAutomaton::target_for(GraspPlan plan) const {
+  Target target;
+  target.place = find_place(layout_, plan.detection.model);
+  const auto index = static_cast<std::size_t>(target.place - layout_.places.data());
+  const auto used = static_cast<std::size_t>(placed_per_place_[index]);
+  target.slot = target.place->slots[used % target.place->slots.size()];
+  target.plan = std::move(plan);
+  return target;
+}
+
+}  // namespace binpick

@@ -1,0 +1,168 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "control/grasp_selection.h"
+
+namespace binpick {
+
+/// The states of Fig. 4, IJRR 2012, numbered as in section 5, and the end.
+enum class AutomatonState {
+  kGoToOverview = 1,
+  kRecognizeObjects,
+  kSelectGrasp,
+  kGraspObject,
+  kCarryAway,
+  kPlaceDown,
+  kHalted,
+};
+[[nodiscard]] std::string_view to_text(AutomatonState state) noexcept;
+
+/// What a state's action found out: the clauses of Fig. 4 and, for the end, what the robot
+/// believes.
+struct AutomatonConditions {
+  bool no_object = false;       ///< A
+  bool no_grasp = false;        ///< B
+  bool collision = false;       ///< part of C
+  bool failed_grasp = false;    ///< part of C: the gripper has completely closed
+  bool believed_empty = false;  ///< A, in enough looks in a row
+  bool finished = false;        ///< the attempts or cycles that were asked for are used up
+
+  [[nodiscard]] bool C() const noexcept { return collision || failed_grasp; }
+};
+
+/// One arrow of Fig. 4. Of a state's arrows the first whose guard holds is taken.
+struct AutomatonTransition {
+  AutomatonState from;
+  bool (*guard)(const AutomatonConditions&) noexcept;
+  AutomatonState to;
+  std::string_view meaning;
+};
+
+/// Fig. 4 as a table.
+[[nodiscard]] const std::vector<AutomatonTransition>& automaton_table();
+
+/// How the attempt to grasp, carry or place went.
+enum class SkillResult {
+  kDone,
+  kCollision,    ///< a contact force beyond the collision threshold ended the motion
+  kFailedGrasp,  ///< the gripper closed completely, at once or while carrying
+  kUnreachable,  ///< no path for the arm
+};
+[[nodiscard]] std::string_view to_text(SkillResult result) noexcept;
+
+/// What the automaton's states do. The automaton decides, the skills act.
+class ManipulationSkills {
+ public:
+  virtual ~ManipulationSkills() = default;
+
+  /// State 1: moves the arm, from wherever it is, to a pose that does not occlude the scene.
+  virtual void go_to_overview() = 0;
+  /// State 2: looks; detections in the world frame.
+  [[nodiscard]] virtual std::vector<Detection> recognize() = 0;
+  /// State 3 asks this about every plan that fits otherwise: how much stands in the way of the open
+  /// gripper, 0 for a free way.
+  [[nodiscard]] virtual int obstruction(const GraspPlan& plan) = 0;
+  /// State 4: approach, close, lift.
+  [[nodiscard]] virtual SkillResult grasp(const GraspPlan& plan) = 0;
+  /// State 5: carries what it holds above `slot` of `place`.
+  [[nodiscard]] virtual SkillResult carry(const GraspPlan& plan, const Place& place,
+                                          const Eigen::Vector2d& slot) = 0;
+  /// State 6: lowers until contact, releases, withdraws.
+  [[nodiscard]] virtual SkillResult place(const GraspPlan& plan, const Place& place,
+                                          const Eigen::Vector2d& slot) = 0;
+};
+
+struct AutomatonOptions {
+  /// Only objects of this model are picked; empty for all.
+  std::string wanted_model;
+  /// The table is believed empty after this many looks in a row without an object. >= 1
+  int looks_before_empty = 3;
+  /// The robot gives up after this many cycles in a row without an object put away. >= 1
+  int max_idle_cycles = 30;
+  /// It halts after this many attempts to grasp; 0 for no limit.
+  int max_attempts = 0;
+  /// A grasp that failed is avoided while the object lies within this distance of where it failed,
+  /// until something has changed. m
+  double same_place = 0.03;
+};
+
+/// One state's execution.
+struct AutomatonEvent {
+  AutomatonState state;
+  AutomatonConditions conditions;
+  AutomatonState next;
+  std::string object;  ///< the object concerned; empty if none
+  std::string detail;  ///< grasp, place, counts, results
+};
+
+/// Why the automaton halted.
+enum class HaltReason { kBelievedEmpty, kGaveUp, kAttemptsUsed };
+
+struct AutomatonResult {
+  HaltReason reason = HaltReason::kBelievedEmpty;
+  int placed = 0;
+  std::vector<AutomatonEvent> events;
+};
+
+/// The hybrid automaton of IJRR 2012, Fig. 4: overview, recognize, select, grasp, carry, place, and
+/// back to the overview after a collision or a failed grasp.
+class ManipulationAutomaton {
+ public:
+  /// Everything referred to must outlive the automaton.
+  /// @throws InputError if an object has no place in `layout`.
+  ManipulationAutomaton(ManipulationSkills& skills, const GraspSelector& selector,
+                        const CellLayout& layout, const std::vector<ObjectModel>& objects,
+                        AutomatonOptions options = {});
+
+  /// Runs until the automaton halts by itself. Whatever the skills throw passes.
+  AutomatonResult run();
+
+  /// Called before each state's action.
+  void on_state(std::function<void(AutomatonState)> callback) { on_state_ = std::move(callback); }
+
+ private:
+  struct FailedGrasp {
+    std::string model;
+    std::string grasp;
+    Eigen::Vector3d p_world_object;
+  };
+  struct Target {
+    GraspPlan plan;
+    const Place* place = nullptr;
+    Eigen::Vector2d slot = Eigen::Vector2d::Zero();
+  };
+
+  AutomatonConditions act(AutomatonState state, AutomatonEvent& event);
+  AutomatonConditions act_recognize(AutomatonEvent& event);
+  AutomatonConditions act_select(AutomatonEvent& event);
+  AutomatonConditions act_grasp(AutomatonEvent& event);
+  AutomatonConditions act_carry(AutomatonEvent& event);
+  AutomatonConditions act_place(AutomatonEvent& event);
+  AutomatonConditions after_skill(SkillResult result, AutomatonEvent& event);
+
+  [[nodiscard]] std::optional<GraspPlan> choose();
+  [[nodiscard]] bool failed_before(const GraspPlan& plan) const;
+  [[nodiscard]] Target target_for(GraspPlan plan) const;
+
+  ManipulationSkills& skills_;
+  const GraspSelector& selector_;
+  const CellLayout& layout_;
+  AutomatonOptions options_;
+  std::function<void(AutomatonState)> on_state_;
+
+  std::vector<Detection> detections_;
+  std::optional<Target> target_;
+  std::vector<FailedGrasp> failed_;
+  std::vector<int> placed_per_place_;
+  int placed_ = 0;
+  int empty_looks_ = 0;
+  int idle_cycles_ = 0;
+  int attempts_ = 0;
+};
+
+}  // namespace binpick
