@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "models/geometry.h"
+
+namespace binpick {
+
+/// Reads a surface from an OBJ, STL or PLY file through assimp. `unit` is the length of the file's
+/// unit in metres. Vertices at the same place are made one, degenerate triangles are dropped.
+/// The importer runs in a child process with bounded time and memory: a file that crashes or hangs
+/// it is refused like any other broken one.
+/// @throws InputError naming the file: missing, of another kind, unreadable, not finite, or empty.
+[[nodiscard]] TriangleMesh import_mesh(const std::filesystem::path& file, double unit = 1.0);
+
+/// As import_mesh for several files, in one child process.
+[[nodiscard]] std::vector<TriangleMesh> import_meshes(
+    const std::vector<std::filesystem::path>& files, double unit = 1.0);
+
+}  // namespace binpick
