@@ -37,7 +37,6 @@ struct Container {
   Eigen::Vector2d size{0.2, 0.2};                    ///< inside, m
   double wall_height = 0.0;                          ///< m; 0: no walls
   double wall_thickness = 0.02;                      ///< m
-  double floor_thickness = 0.005;                    ///< m
   std::vector<Eigen::Vector2d> slots;                ///< targets, used one after the other, m
 
   [[nodiscard]] bool has_walls() const noexcept { return wall_height > 0.0; }
@@ -97,7 +96,7 @@ struct PileRecipe {
 /// What a workcell contains. World frame: origin at the foot of the robot's base on the table top,
 /// z up, x towards the pick region.
 struct Scene {
-  std::string name;
+  std::string name;     ///< the file's name without its ending
   std::string extends;  ///< a scene file, relative to this one, whose values are the defaults
   Table table;
   std::vector<Container> containers;
