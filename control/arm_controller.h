@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 
 #include "control/arm_model.h"
 #include "control/cartesian_impedance.h"
@@ -36,7 +37,7 @@ enum class ControlMode {
 enum class ControlFault {
   kNone,
   kBadState,   ///< a sensor delivered a value that is not finite
-  kBadPeriod,  ///< dt was not a positive, finite time of at most 0.1 s
+  kBadPeriod,  ///< dt was not a positive time of at most 0.1 s
   kBadTarget,  ///< the set-point led to torques that are not finite
 };
 
@@ -109,10 +110,15 @@ class ArmController {
   void reset() noexcept;
 
  private:
+  void enter(ControlMode mode) noexcept;
+  void restart_observer() noexcept;
   void hold_present_pose() noexcept;
   void sense(const JointState& state, double dt) noexcept;
   [[nodiscard]] JointVector control_torques(double dt) noexcept;
-  [[nodiscard]] JointVector safe_stop(ControlFault fault, double dt) noexcept;
+  /// Enters the safe stop; the first fault is remembered.
+  void raise(ControlFault fault) noexcept;
+  /// Gravity compensation and a brake against `qd`.
+  [[nodiscard]] JointVector safe_stop(const JointVector& qd, double dt) noexcept;
 
   ArmControllerOptions options_;
   ArmModel unloaded_model_;
@@ -124,10 +130,11 @@ class ArmController {
   TorqueLimiter limiter_;
 
   ControlMode mode_ = ControlMode::kJoint;
-  bool hold_ = true;     ///< the next tick takes the measured pose as its target
-  bool entered_ = true;  ///< the law of `mode_` has not run yet
+  bool hold_ = true;      ///< the next tick takes the measured pose as its target
+  bool starting_ = true;  ///< the law of `mode_` has not run yet
   JointTarget joint_target_;
   CartesianTarget cartesian_target_;
+  std::optional<JointVector> posture_;
   OperationalSpace space_;
   ArmStatus status_;
 };

@@ -93,12 +93,11 @@ class CartesianImpedance {
   [[nodiscard]] const CartesianImpedanceOptions& options() const noexcept { return options_; }
 
  private:
-  /// The spring in the axes of the target's tool frame.
+  /// The virtual spring; axes of the target's tool frame, about the compliance centre.
   struct Spring {
-    Vector6 wrench;              ///< on the tool, at the compliance centre
-    Vector6 stretch;             ///< elastic part, after the clutch: m and 2 eps
-    Eigen::Matrix3d torque_map;  ///< from spring torque coordinates to world torque
-    double energy;               ///< J
+    Vector6 wrench;   ///< on the tool
+    Vector6 stretch;  ///< m and 2 eps: the springs' own share, without the clutch's slip
+    double energy;    ///< J
   };
 
   [[nodiscard]] Spring spring(const Eigen::Isometry3d& T_world_tcp,

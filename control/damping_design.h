@@ -9,26 +9,36 @@ namespace binpick {
 ///
 /// With S = sqrt(K) and A = S Lambda^-1 S = U diag(w^2) U^T this is
 ///   D = S U diag(2 zeta / w) U^T S,
-/// which needs the inverse inertia only. U is found by Jacobi rotations that start from the last
-/// call's U: from one control tick to the next one sweep suffices. The result is converged in
-/// every call; what is remembered only saves time.
+/// that is, 2 zeta times the geometric mean of K and Lambda; no inverse is taken. U is found by
+/// Jacobi rotations that start from the last call's U: from one control tick to the next one sweep
+/// suffices. The result is converged in every call; what is remembered only saves time.
 template <int N>
 class DampingDesign {
  public:
   using Vector = Eigen::Matrix<double, N, 1>;
   using Matrix = Eigen::Matrix<double, N, N>;
 
+  /// D from the inverse inertia, for a task space.
   /// @param stiffness diagonal of K, > 0.
   /// @param inverse_inertia Lambda^-1 in the axes of K; symmetric, positive semi-definite.
   /// @param damping_ratio zeta of every mode.
   /// @param inertia_cap per axis: no mode is damped as if it were heavier (singular poses).
-  [[nodiscard]] Matrix damping(const Vector& stiffness, const Matrix& inverse_inertia,
-                               double damping_ratio, const Vector& inertia_cap) noexcept;
+  [[nodiscard]] Matrix from_inverse_inertia(const Vector& stiffness, const Matrix& inverse_inertia,
+                                            double damping_ratio,
+                                            const Vector& inertia_cap) noexcept;
+
+  /// D from the inertia, for the joint space: A^-1 = S^-1 M S^-1 takes the place of A.
+  [[nodiscard]] Matrix from_inertia(const Vector& stiffness, const Matrix& inertia,
+                                    double damping_ratio) noexcept;
 
   /// Forgets the last call.
   void reset() noexcept { U_.setIdentity(); }
 
  private:
+  /// Turns U_ until U_^T A U_ is diagonal.
+  /// @returns the eigenvalues of A.
+  [[nodiscard]] Vector diagonalise(const Matrix& A) noexcept;
+
   Matrix U_ = Matrix::Identity();
 };
 

@@ -31,9 +31,10 @@ class JointImpedance {
   JointImpedance(const JointLimits& limits, const JointImpedanceOptions& options);
 
   /// Joint torques without gravity, Nm. Allocates nothing.
-  [[nodiscard]] JointVector torques(const ArmDynamics& dynamics, const JointMatrix& M_inverse,
-                                    const JointVector& q, const JointVector& qd,
-                                    const JointTarget& target) noexcept;
+  [[nodiscard]] JointVector torques(const ArmDynamics& dynamics, const JointVector& q,
+                                    const JointVector& qd, const JointTarget& target) noexcept;
+  /// Forgets the last call.
+  void reset() noexcept { damping_design_.reset(); }
 
   [[nodiscard]] const JointImpedanceOptions& options() const noexcept { return options_; }
 

@@ -41,10 +41,12 @@ class OperationalSpace {
   [[nodiscard]] bool near_singularity() const noexcept { return near_singularity_; }
 
  private:
-  JointMatrix L_ = JointMatrix::Identity();  ///< Cholesky factor of M
+  // Cholesky factors, with inverted diagonals.
+  JointMatrix L_ = JointMatrix::Identity();  ///< of M
   Eigen::Matrix<double, kArmJoints, 6> X_ = Eigen::Matrix<double, kArmJoints, 6>::Zero();
   Matrix6 lambda_inverse_ = Matrix6::Identity();
-  Matrix6 lambda_factor_ = Matrix6::Identity();  ///< Cholesky factor of the capped inverse
+  Matrix6 lambda_factor_ = Matrix6::Identity();  ///< of the capped, scaled inverse inertia
+  Vector6 scale_ = Vector6::Ones();  ///< square roots of the caps: lambda_factor_ is in their units
   Jacobian J_ = Jacobian::Zero();
   bool near_singularity_ = false;
 };

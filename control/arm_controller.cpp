@@ -1,0 +1,179 @@
+#include "control/arm_controller.h"
+
+#include <cmath>
+
+#include "models/errors.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kLongestPeriod = 0.1;  // s
+
+bool finite(const JointState& state) noexcept {
+  return state.q.allFinite() && state.qd.allFinite() && state.tau.allFinite() &&
+         state.theta.allFinite();
+}
+
+}  // namespace
+
+void ArmControllerOptions::validate() const {
+  cartesian.validate();
+  joint.validate();
+  observer.validate();
+  limiter.validate();
+  if (!(safe_stop_damping >= 0.0)) {
+    throw InputError("arm controller: the safe stop's damping must not be negative");
+  }
+}
+
+ArmController::ArmController(const ArmModel& model, const ArmControllerOptions& options)
+    : options_(options),
+      unloaded_model_(model),
+      model_(model),
+      cartesian_(model.limits(), options.cartesian),
+      joint_(model.limits(), options.joint),
+      observer_(options.observer),
+      monitor_(ContactThresholds::for_phase(ContactPhase::kFree, model.limits())),
+      limiter_(model.limits(), options.limiter) {
+  options_.validate();
+  status_.dynamics = model_.evaluate(JointVector::Zero(), JointVector::Zero());
+  status_.T_world_tcp = status_.dynamics.T_world_tcp;
+}
+
+void ArmController::enter(ControlMode mode) noexcept {
+  if (mode_ == ControlMode::kSafeStop) return;
+  if (mode_ != mode) starting_ = true;
+  mode_ = mode;
+  hold_ = false;
+}
+
+void ArmController::set_joint_target(const JointTarget& target) noexcept {
+  joint_target_ = target;
+  enter(ControlMode::kJoint);
+}
+
+void ArmController::set_cartesian_target(const CartesianTarget& target) noexcept {
+  cartesian_target_ = target;
+  enter(ControlMode::kCartesian);
+}
+
+void ArmController::set_stiffness(const Vector6& stiffness) noexcept {
+  cartesian_.set_stiffness(stiffness);
+}
+
+void ArmController::set_posture(const JointVector& q) noexcept {
+  posture_ = q;
+  cartesian_.set_posture(q);
+}
+
+void ArmController::set_thresholds(const ContactThresholds& thresholds) noexcept {
+  monitor_.set_thresholds(thresholds);
+}
+
+void ArmController::stop() noexcept { hold_ = true; }
+
+void ArmController::set_payload(const BodyInertia& payload) {
+  model_ = unloaded_model_.with_payload(payload);
+  restart_observer();
+}
+
+void ArmController::clear_payload() noexcept {
+  model_ = unloaded_model_;
+  restart_observer();
+}
+
+void ArmController::zero_observer() noexcept { observer_.zero(); }
+
+void ArmController::restart_observer() noexcept {
+  observer_.reset();
+  monitor_.reset();
+}
+
+void ArmController::reset() noexcept {
+  mode_ = ControlMode::kJoint;
+  status_.fault = ControlFault::kNone;
+  starting_ = true;
+  hold_ = true;
+  restart_observer();
+}
+
+JointVector ArmController::tick(const JointState& state, double dt) noexcept {
+  const bool good_period = dt > 0.0 && dt <= kLongestPeriod;
+  if (!finite(state) || !good_period) {
+    raise(good_period ? ControlFault::kBadState : ControlFault::kBadPeriod);
+    // No velocity to brake against: hold with the gravity torques of the last good state.
+    return safe_stop(JointVector::Zero(), good_period ? dt : kControlPeriod);
+  }
+  sense(state, dt);
+  if (mode_ == ControlMode::kSafeStop) return safe_stop(state.qd, dt);
+  if (hold_) hold_present_pose();
+
+  const JointVector control = control_torques(dt);
+  const std::optional<JointVector> tau = limiter_.limit(status_.dynamics.gravity, control, dt);
+  if (!tau) {
+    raise(ControlFault::kBadTarget);
+    return safe_stop(state.qd, dt);
+  }
+  status_.mode = mode_;
+  status_.torque_share = limiter_.share();
+  return *tau;
+}
+
+void ArmController::sense(const JointState& state, double dt) noexcept {
+  status_.q = state.q;
+  status_.qd = state.qd;
+  status_.dynamics = model_.evaluate(state.q, state.qd);
+  status_.T_world_tcp = status_.dynamics.T_world_tcp;
+  status_.twist = status_.dynamics.J.lazyProduct(state.qd);
+  space_ = OperationalSpace(status_.dynamics.M, status_.dynamics.J, options_.cartesian.inertia_cap);
+
+  observer_.update(status_.dynamics, state.qd, state.tau, dt);
+  status_.residual = observer_.residual();
+  status_.external_wrench = observer_.external_wrench(space_);
+  monitor_.update(status_.external_wrench, status_.residual);
+  status_.contact = monitor_.contact_class() != ContactClass::kNone;
+  status_.collision = monitor_.hf1();
+}
+
+void ArmController::hold_present_pose() noexcept {
+  joint_target_ = {.q = status_.q};
+  cartesian_target_ = {.T_world_tcp = status_.T_world_tcp};
+  hold_ = false;
+}
+
+JointVector ArmController::control_torques(double dt) noexcept {
+  const bool starting = starting_;
+  starting_ = false;
+  if (mode_ == ControlMode::kJoint) {
+    if (starting) joint_.reset();
+    status_.spring_wrench.setZero();
+    return joint_.torques(status_.dynamics, status_.q, status_.qd, joint_target_);
+  }
+  if (starting) {
+    cartesian_.start(status_.q);
+    if (posture_) cartesian_.set_posture(*posture_);
+  }
+  const JointVector tau =
+      cartesian_.torques(status_.dynamics, space_, status_.q, status_.qd, cartesian_target_, dt);
+  status_.spring_wrench = cartesian_.spring_wrench();
+  return tau;
+}
+
+void ArmController::raise(ControlFault fault) noexcept {
+  if (mode_ == ControlMode::kSafeStop) return;
+  mode_ = ControlMode::kSafeStop;
+  status_.fault = fault;
+  status_.torque_share = 1.0;
+  status_.spring_wrench.setZero();
+}
+
+JointVector ArmController::safe_stop(const JointVector& qd, double dt) noexcept {
+  status_.mode = mode_;
+  const JointVector& gravity = status_.dynamics.gravity;
+  const JointVector brake = -options_.safe_stop_damping * status_.dynamics.M.lazyProduct(qd);
+  std::optional<JointVector> tau = limiter_.limit(gravity, brake, dt);
+  if (!tau) tau = limiter_.limit(gravity, JointVector::Zero(), dt);
+  return tau.value_or(JointVector::Zero());
+}
+
+}  // namespace binpick
