@@ -18,7 +18,8 @@ std::filesystem::path resolve_inside(const std::filesystem::path& directory,
         name));
   }
   std::error_code error;
-  const std::filesystem::path root = std::filesystem::canonical(directory, error);
+  const std::filesystem::path root =
+      std::filesystem::canonical(directory.empty() ? "." : directory, error);
   const std::filesystem::path file = std::filesystem::canonical(directory / relative, error);
   if (error || !std::filesystem::is_regular_file(file, error)) {
     throw InputError(fmt::format("there is no file '{}' in {}", name, directory.string()));
