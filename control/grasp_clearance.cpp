@@ -2,17 +2,13 @@
 
 #include <cmath>
 
+#include "models/mesh_geometry.h"
+
 namespace binpick {
 namespace {
 
 // Below this height over the table a point belongs to the table as the sensor sees it.
 constexpr double kTableNoise = 0.01;
-
-Eigen::AlignedBox3d bounding_box(const TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
-  return box;
-}
 
 }  // namespace
 

@@ -224,10 +224,12 @@ AutomatonConditions ManipulationAutomaton::act_carry(AutomatonEvent& event) {
 AutomatonConditions ManipulationAutomaton::act_place(AutomatonEvent& event) {
   const SkillResult result = skills_.place(target_->plan, *target_->place, target_->slot);
   AutomatonConditions conditions = after_skill(result, event);
-  ++placed_;
-  ++placed_per_place_[static_cast<std::size_t>(target_->place - layout_.places.data())];
-  failed_.clear();
-  idle_cycles_ = 0;
+  if (result == SkillResult::kDone) {
+    ++placed_;
+    ++placed_per_place_[static_cast<std::size_t>(target_->place - layout_.places.data())];
+    failed_.clear();
+    idle_cycles_ = 0;
+  }
   conditions.finished = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
   return conditions;
 }

@@ -1,0 +1,253 @@
+#include "control/robot_skills.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace binpick {
+namespace {
+
+constexpr double kGravity = 9.81;
+// Settling after a motion before forces are read, s.
+constexpr double kSettleTime = 0.1;
+// Fewer scene points than this in the gripper's way are noise.
+constexpr int kNoiseVotes = 6;
+// Holding a placed object down before letting go, s.
+constexpr double kReleaseTime = 0.2;
+
+SkillResult to_result(MotionEnd end) {
+  switch (end) {
+    case MotionEnd::kCollision:
+      return SkillResult::kCollision;
+    case MotionEnd::kLost:
+      return SkillResult::kFailedGrasp;
+    case MotionEnd::kArrived:
+    case MotionEnd::kContact:
+      break;
+  }
+  return SkillResult::kDone;
+}
+
+Eigen::Isometry3d raised(const Eigen::Isometry3d& T_world_tcp, double height) {
+  return Eigen::Translation3d(0.0, 0.0, height) * T_world_tcp;
+}
+
+/// The smallest rotation that turns the object's axis nearest to the vertical into the vertical:
+/// what was grasped leaning is put down flat. Equivalent axes of symmetric objects count.
+Eigen::Matrix3d upright_rotation(const Eigen::Matrix3d& R_world_object, const ObjectModel& object) {
+  Eigen::Vector3d nearest = Eigen::Vector3d::UnitZ();
+  double nearest_z = -1.0;
+  for (const Eigen::Isometry3d& T_model_equivalent : object.symmetries) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3d direction = R_world_object * T_model_equivalent.linear().col(axis);
+      if (direction.z() < 0.0) direction = -direction;
+      if (direction.z() > nearest_z) {
+        nearest_z = direction.z();
+        nearest = direction;
+      }
+    }
+  }
+  return Eigen::Quaterniond::FromTwoVectors(nearest, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+/// How far the object's outline reaches beyond the place, m.
+double overflow(const Eigen::Isometry3d& T_world_object, const ObjectModel& object,
+                const Place& place) {
+  double worst = 0.0;
+  for (const Eigen::Vector3d& vertex : object.mesh.vertices) {
+    const Eigen::Vector2d offset = (T_world_object * vertex).head<2>() - place.p_world;
+    worst = std::max(worst, (offset.cwiseAbs() - 0.5 * place.size).maxCoeff());
+  }
+  return worst;
+}
+
+double lowest_point(const Eigen::Isometry3d& T_world_object, const ObjectModel& object) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& vertex : object.mesh.vertices) {
+    lowest = std::min(lowest, (T_world_object * vertex).z());
+  }
+  return lowest;
+}
+
+}  // namespace
+
+RobotSkills::RobotSkills(const Parts& parts, const SkillOptions& options)
+    : parts_(parts), options_(options), manipulator_(parts.robot, parts.model) {
+  manipulator_.enable_reaction(options_.reaction);
+}
+
+void RobotSkills::enter(ContactPhase phase, double collision_force) {
+  ContactThresholds thresholds = ContactThresholds::for_phase(phase, parts_.model.limits());
+  thresholds.collision_force = collision_force;
+  manipulator_.controller().set_thresholds(thresholds);
+}
+
+// State 1.
+void RobotSkills::go_to_overview() {
+  manipulator_.controller().clear_payload();
+  enter(ContactPhase::kFree, options_.collision_force);
+  // Away from whatever was touched first: straight up, jaws open, not minding contacts.
+  withdraw(parts_.layout.transfer_height);
+  manipulator_.command_gripper(
+      {parts_.gripper.stroke.high, options_.grip.speed, options_.grip.force});
+  SkillResult end = SkillResult::kDone;
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    if (!transfer(parts_.layout.overview, {}, end) || end == SkillResult::kDone) break;
+    withdraw(parts_.layout.transfer_height);
+  }
+  manipulator_.hold(kSettleTime);
+}
+
+void RobotSkills::withdraw(double height) {
+  const Eigen::Isometry3d T_world_tcp =
+      parts_.model.forward_kinematics(manipulator_.state().joints.q);
+  const double rise = height - T_world_tcp.translation().z();
+  if (rise <= 0.0) return;
+  manipulator_.controller().set_stiffness(options_.stiffness);
+  manipulator_.move_line(raised(T_world_tcp, rise),
+                         CartesianMotionLimits::at_speed(options_.lift_speed),
+                         {.on_collision = false});
+}
+
+// State 2.
+std::vector<Detection> RobotSkills::recognize() {
+  const RangeImage image = manipulator_.capture();
+  clearance_.emplace(image, parts_.gripper, parts_.layout.table_height);
+  return parts_.perception->recognize(image);
+}
+
+int RobotSkills::obstruction(const GraspPlan& plan) {
+  if (!clearance_) return 0;
+  const int points = clearance_->obstructing_points(plan);
+  return points < kNoiseVotes ? 0 : points;
+}
+
+// State 4.
+SkillResult RobotSkills::grasp(const GraspPlan& plan) {
+  enter(ContactPhase::kFree, options_.collision_force);
+  manipulator_.command_gripper({plan.grasp->pre_opening, options_.grip.speed, options_.grip.force});
+  SkillResult end = SkillResult::kDone;
+  if (!transfer(plan.q_pregrasp, {}, end)) return SkillResult::kUnreachable;
+  if (end != SkillResult::kDone) return end;
+  return execute_grasp(plan);
+}
+
+SkillResult RobotSkills::execute_grasp(const GraspPlan& plan) {
+  manipulator_.move_gripper({plan.grasp->pre_opening, options_.grip.speed, options_.grip.force});
+  manipulator_.controller().set_stiffness(options_.stiffness);
+  manipulator_.reset_peak_force();
+
+  enter(ContactPhase::kApproach, options_.collision_force);
+  const MotionEnd approach = manipulator_.move_line(
+      plan.T_world_grasp, CartesianMotionLimits::at_speed(options_.approach_speed));
+  if (approach == MotionEnd::kCollision) return SkillResult::kCollision;
+  if (manipulator_.hold(kSettleTime) == MotionEnd::kCollision) return SkillResult::kCollision;
+
+  enter(ContactPhase::kGrasp, options_.loaded_collision_force);
+  const GripperState closed = manipulator_.move_gripper(options_.grip);
+  if (closed.width < parts_.gripper.closed_width) return SkillResult::kFailedGrasp;
+
+  const MotionEnd lift =
+      manipulator_.move_line(raised(plan.T_world_grasp, options_.lift_height),
+                             CartesianMotionLimits::at_speed(options_.lift_speed), watching_load());
+  if (lift != MotionEnd::kArrived) return to_result(lift);
+  if (manipulator_.hold(kSettleTime, watching_load()) == MotionEnd::kLost) {
+    return SkillResult::kFailedGrasp;
+  }
+  weigh();
+  return SkillResult::kDone;
+}
+
+MotionStops RobotSkills::watching_load() const {
+  const double closed_width = parts_.gripper.closed_width;
+  return {
+      .lost = [closed_width](const GripperState& gripper) { return gripper.width < closed_width; }};
+}
+
+void RobotSkills::weigh() {
+  const double weight = -manipulator_.controller().status().external_wrench.z();
+  const double mass = std::clamp(weight / kGravity, 0.0, 3.0);
+  manipulator_.controller().set_payload({mass, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()});
+}
+
+// State 5.
+SkillResult RobotSkills::carry(const GraspPlan& plan, const Place& place,
+                               const Eigen::Vector2d& slot) {
+  placement_ = plan_placement(plan, place, slot);
+  if (!placement_) return SkillResult::kUnreachable;
+  enter(ContactPhase::kGrasp, options_.loaded_collision_force);
+  SkillResult end = SkillResult::kDone;
+  if (!transfer(placement_->q_above, watching_load(), end)) return SkillResult::kUnreachable;
+  return end;
+}
+
+std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
+    const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) const {
+  const Eigen::Isometry3d T_object_tcp = plan.grasp->T_object_grasp;
+  const Eigen::Matrix3d R_world_object =
+      upright_rotation(plan.detection.T_scene_model.linear(), *plan.object) *
+      plan.detection.T_scene_model.linear();
+  const double above =
+      std::max(place.rim_height, parts_.layout.table_height) + options_.lift_height;
+
+  std::optional<Placement> best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  constexpr int kYaws = 16;
+  for (int i = 0; i < kYaws; ++i) {
+    const double yaw = 2.0 * std::numbers::pi * i / kYaws;
+    Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();
+    T_world_object.linear() =
+        Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_world_object;
+    T_world_object.translation() << slot, 0.0;
+    const double bottom = lowest_point(T_world_object, *plan.object);
+    T_world_object.translation().z() = place.floor_height - bottom;
+    const Eigen::Isometry3d T_world_release = T_world_object * T_object_tcp;
+    const double clear = above - lowest_point(T_world_object, *plan.object);
+    const Eigen::Isometry3d T_world_above = raised(T_world_release, clear);
+    const IkResult q_above = parts_.kinematics.solve(T_world_above, manipulator_.state().joints.q);
+    const IkResult q_release = parts_.kinematics.solve(T_world_release, parts_.layout.overview);
+    if (!q_above || !q_release) continue;
+    constexpr double kOverflowWeight = 100.0;  // a centimetre outside outweighs any posture
+    const double cost = kOverflowWeight * overflow(T_world_object, *plan.object, place) -
+                        std::min(q_above->margin, q_release->margin);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = Placement{T_world_above, T_world_release, q_above->q};
+    }
+  }
+  return best;
+}
+
+// State 6.
+SkillResult RobotSkills::place(const GraspPlan&, const Place&, const Eigen::Vector2d&) {
+  manipulator_.controller().set_stiffness(options_.stiffness);
+  enter(ContactPhase::kPlace, options_.loaded_collision_force);
+  // Contact is the expected end here; without one the object is let go where the floor should be.
+  MotionStops until_contact = watching_load();
+  until_contact.on_contact = true;
+  const MotionEnd lowering =
+      manipulator_.move_line(raised(placement_->T_world_release, -options_.place_clearance),
+                             CartesianMotionLimits::at_speed(options_.lower_speed), until_contact);
+
+  GripperCommand release = options_.grip;
+  release.width = std::min(manipulator_.state().gripper.width + options_.release_margin,
+                           parts_.gripper.stroke.high);
+  manipulator_.move_gripper(release);
+  manipulator_.controller().clear_payload();
+  manipulator_.hold(kReleaseTime, {.on_collision = false});
+  withdraw(parts_.layout.transfer_height);
+  return lowering == MotionEnd::kLost ? SkillResult::kFailedGrasp : SkillResult::kDone;
+}
+
+bool RobotSkills::transfer(const JointVector& q_goal, const MotionStops& stops, SkillResult& end) {
+  const auto path = parts_.planner.plan(manipulator_.state().joints.q, q_goal);
+  if (!path) return false;
+  JointMotionOptions motion;
+  motion.speed = options_.joint_speed;
+  end =
+      to_result(manipulator_.follow(JointTrajectory(*path, parts_.model.limits(), motion), stops));
+  return true;
+}
+
+}  // namespace binpick
