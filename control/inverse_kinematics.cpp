@@ -200,9 +200,10 @@ double InverseKinematics::swivel(const JointVector& q) const noexcept {
   const Eigen::Vector3d to_wrist =
       upper_arm_ * R_upper.col(2) + forearm_ * (R_upper * about_y(bend).col(2));
   const Eigen::Vector3d direction = to_wrist.normalized();
-  // Towards the elbow: away from the side to which the forearm bends. Defined when stretched.
-  const Eigen::Vector3d away = (bend < 0.0 ? 1.0 : -1.0) * R_upper.col(0);
-  const Eigen::Vector3d side = away - direction.dot(away) * direction;
+  // The inverse of the upper arm's axes in posture(); defined for the stretched arm too.
+  const Eigen::Vector3d x = (bend < 0.0 ? -1.0 : 1.0) * R_upper.col(0);
+  const Eigen::Vector3d z = R_upper.col(2);
+  const Eigen::Vector3d side = x.dot(direction) * z - z.dot(direction) * x;
   const Eigen::Vector3d reference = swivel_reference(direction);
   return std::atan2(direction.cross(reference).dot(side), reference.dot(side));
 }

@@ -1,0 +1,174 @@
+#include "control/joint_trajectory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "models/errors.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kSamePosition = 1e-9;  // rad
+
+struct VectorLimits {
+  JointVector velocity;
+  JointVector acceleration;
+  JointVector jerk;
+};
+
+VectorLimits motion_limits(const JointLimits& limits, const JointMotionOptions& options) {
+  VectorLimits motion;
+  motion.velocity = options.speed * limits.velocity;
+  motion.acceleration = limits.velocity / options.acceleration_time;
+  motion.jerk = motion.acceleration / options.jerk_time;
+  return motion;
+}
+
+/// The limits of a parameter in [0, 1] that moves the joints by `delta`.
+MotionLimits along(const JointVector& delta, const VectorLimits& limits) {
+  constexpr double kUnlimited = std::numeric_limits<double>::max();
+  MotionLimits scalar{kUnlimited, kUnlimited, kUnlimited};
+  for (int i = 0; i < kArmJoints; ++i) {
+    const double travel = std::abs(delta[i]);
+    if (travel < 1e-12) continue;
+    scalar.velocity = std::min(scalar.velocity, limits.velocity[i] / travel);
+    scalar.acceleration = std::min(scalar.acceleration, limits.acceleration[i] / travel);
+    scalar.jerk = std::min(scalar.jerk, limits.jerk[i] / travel);
+  }
+  return scalar;
+}
+
+void check(const std::vector<JointVector>& waypoints, const JointLimits& limits,
+           const JointMotionOptions& options) {
+  if (waypoints.empty()) {
+    throw InputError("joint trajectory: give at least one waypoint");
+  }
+  for (std::size_t k = 0; k < waypoints.size(); ++k) {
+    for (int i = 0; i < kArmJoints; ++i) {
+      const double q = waypoints[k][i];
+      if (!(q >= limits.lower[i] - kSamePosition && q <= limits.upper[i] + kSamePosition)) {
+        throw InputError(fmt::format(
+            "joint trajectory: waypoint {}, joint {}: {:.4f} rad is outside [{:.4f}, {:.4f}]", k,
+            i + 1, q, limits.lower[i], limits.upper[i]));
+      }
+    }
+  }
+  if (!(options.speed > 0.0 && options.speed <= 1.0) ||
+      !(options.blend >= 0.0 && options.blend <= 1.0) || !(options.acceleration_time > 0.0) ||
+      !(options.jerk_time > 0.0)) {
+    throw InputError(fmt::format(
+        "joint trajectory: speed {} must be in (0, 1], blend {} in [0, 1], acceleration_time {} "
+        "and jerk_time {} positive",
+        options.speed, options.blend, options.acceleration_time, options.jerk_time));
+  }
+}
+
+}  // namespace
+
+JointTrajectory::JointTrajectory(const JointVector& q) : start_(q), goal_(q) {}
+
+JointTrajectory::JointTrajectory(const std::vector<JointVector>& waypoints,
+                                 const JointLimits& limits, const JointMotionOptions& options) {
+  check(waypoints, limits, options);
+  start_ = waypoints.front();
+  goal_ = waypoints.back();
+  const VectorLimits allowed = motion_limits(limits, options);
+  for (const JointVector& waypoint : waypoints) {
+    const JointVector from =
+        segments_.empty() ? start_ : JointVector(segments_.back().from + segments_.back().delta);
+    Segment segment;
+    segment.from = from;
+    segment.delta = waypoint - from;
+    if (segment.delta.cwiseAbs().maxCoeff() < kSamePosition) continue;
+    segment.profile = DoubleSProfile(1.0, along(segment.delta, allowed));
+    if (!segments_.empty()) {
+      const Segment& last = segments_.back();
+      segment.start = last.end() - options.blend * std::min(last.profile.ramp_duration(),
+                                                            segment.profile.ramp_duration());
+    }
+    segments_.push_back(segment);
+  }
+
+  const Peaks found = peaks();
+  const double over_velocity = found.velocity.cwiseQuotient(allowed.velocity).maxCoeff();
+  const double over_acceleration =
+      found.acceleration.cwiseQuotient(allowed.acceleration).maxCoeff();
+  const double over_jerk = found.jerk.cwiseQuotient(allowed.jerk).maxCoeff();
+  scale_ = std::max({1.0, over_velocity, std::sqrt(over_acceleration), std::cbrt(over_jerk)});
+}
+
+JointSample JointTrajectory::unscaled(double time) const noexcept {
+  const auto later =
+      std::upper_bound(segments_.begin(), segments_.end(), time,
+                       [](double t, const Segment& segment) { return t < segment.start; });
+  if (later == segments_.begin()) return {start_, JointVector::Zero(), JointVector::Zero()};
+
+  // A ramp is at most half a segment, so that no more than two segments are under way at once.
+  const Segment& present = *std::prev(later);
+  const PathState state = present.profile.sample(time - present.start);
+  JointSample sample;
+  sample.q = present.from + state.position * present.delta;
+  sample.qd = state.velocity * present.delta;
+  sample.qdd = state.acceleration * present.delta;
+  if (std::prev(later) != segments_.begin()) {
+    const Segment& last = *std::prev(later, 2);
+    const PathState braking = last.profile.sample(time - last.start);
+    sample.q += (braking.position - 1.0) * last.delta;
+    sample.qd += braking.velocity * last.delta;
+    sample.qdd += braking.acceleration * last.delta;
+  }
+  return sample;
+}
+
+JointTrajectory::Peaks JointTrajectory::peaks() const {
+  std::vector<double> times;
+  for (const Segment& segment : segments_) {
+    for (const double t : segment.profile.breakpoints()) times.push_back(segment.start + t);
+  }
+  std::sort(times.begin(), times.end());
+  Peaks peaks;
+  for (std::size_t k = 0; k + 1 < times.size(); ++k) {
+    const double span = times[k + 1] - times[k];
+    if (span < 1e-9) continue;
+    // Jerk is constant in between: acceleration is linear, velocity a parabola.
+    const JointSample begin = unscaled(times[k]);
+    const JointSample end = unscaled(times[k + 1]);
+    const JointVector jerk = (end.qdd - begin.qdd) / span;
+    peaks.jerk = peaks.jerk.cwiseMax(jerk.cwiseAbs());
+    peaks.acceleration = peaks.acceleration.cwiseMax(begin.qdd.cwiseAbs());
+    peaks.velocity = peaks.velocity.cwiseMax(begin.qd.cwiseAbs());
+    for (int i = 0; i < kArmJoints; ++i) {
+      if (begin.qdd[i] * end.qdd[i] >= 0.0) continue;
+      const double vertex = begin.qd[i] - 0.5 * begin.qdd[i] * begin.qdd[i] / jerk[i];
+      peaks.velocity[i] = std::max(peaks.velocity[i], std::abs(vertex));
+    }
+  }
+  return peaks;
+}
+
+JointSample JointTrajectory::sample(double t) const noexcept {
+  if (!(t > 0.0)) return {start_, JointVector::Zero(), JointVector::Zero()};
+  if (t >= duration()) return {goal_, JointVector::Zero(), JointVector::Zero()};
+  JointSample sample = unscaled(t / scale_);
+  sample.qd /= scale_;
+  sample.qdd /= scale_ * scale_;
+  return sample;
+}
+
+double JointTrajectory::duration() const noexcept {
+  return segments_.empty() ? 0.0 : scale_ * segments_.back().end();
+}
+
+JointTrajectory JointTrajectory::stretched_to(double duration) const {
+  JointTrajectory slower = *this;
+  if (duration > this->duration() && !segments_.empty()) {
+    slower.scale_ = duration / segments_.back().end();
+  }
+  return slower;
+}
+
+}  // namespace binpick
