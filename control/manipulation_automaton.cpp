@@ -121,6 +121,7 @@ AutomatonResult ManipulationAutomaton::run() {
       }
     }
     state = event.next;
+    if (on_event_) on_event_(event);
     result.events.push_back(std::move(event));
   }
   const Conditions& last = result.events.back().conditions;

@@ -124,6 +124,10 @@ class ManipulationAutomaton {
 
   /// Called before each state's action.
   void on_state(std::function<void(AutomatonState)> callback) { on_state_ = std::move(callback); }
+  /// Called after each state's action.
+  void on_event(std::function<void(const AutomatonEvent&)> callback) {
+    on_event_ = std::move(callback);
+  }
 
  private:
   struct FailedGrasp {
@@ -154,6 +158,7 @@ class ManipulationAutomaton {
   const CellLayout& layout_;
   AutomatonOptions options_;
   std::function<void(AutomatonState)> on_state_;
+  std::function<void(const AutomatonEvent&)> on_event_;
 
   std::vector<Detection> detections_;
   std::optional<Target> target_;

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "experiments/robot_knowledge.h"
+#include "experiments/trial_kind.h"
+#include "scenes/scene.h"
+#include "sim/world_template.h"
+
+namespace binpick {
+
+/// Table 1 (IJRR 2012, section 6.2): the bottle is grasped without looking, after it has been moved
+/// by a fixed distance in a random direction parallel to the table. Protocol: docs/table1.md.
+class BlindGraspTrial final : public TrialKind {
+ public:
+  void visit(ConfigVisitor& visitor) override;
+  void prepare(const std::filesystem::path& config_directory) override;
+  [[nodiscard]] std::vector<std::filesystem::path> input_files(
+      const std::filesystem::path& config_directory) const override;
+  [[nodiscard]] TrialRecord run(const TrialContext& context) override;
+
+ private:
+  struct Parameters {
+    std::string scene;            ///< one standing object
+    std::string grasp;            ///< name of a stored grasp of that object
+    double pose_error = 0.015;    ///< m
+    double stiffness_x = 2000.0;  ///< N/m, along the tool's axes; y is the jaws' direction
+    double stiffness_y = 2000.0;
+    double stiffness_z = 2000.0;
+    double stiffness_rx = 200.0;  ///< Nm/rad, about them
+    double stiffness_ry = 200.0;
+    double stiffness_rz = 200.0;
+    bool reaction = true;
+    double collision_force = 15.0;       ///< N
+    double approach_speed = 0.1;         ///< m/s
+    Interval closing_speed{0.05, 0.15};  ///< of the jaw distance, m/s; drawn per trial
+    double grip_force = 40.0;            ///< N
+    double lift_height = 0.15;           ///< m
+    double hold_time = 3.0;              ///< s
+    std::string physics = "drawn";       ///< masses and frictions: drawn per trial, or centre
+  };
+
+  [[nodiscard]] GraspPlan nominal_plan(const World& world) const;
+  [[nodiscard]] SkillOptions skill_options(const TrialContext& context) const;
+
+  Parameters parameters_;
+  std::string loaded_scene_;
+  std::shared_ptr<const WorldTemplate> world_;
+  std::unique_ptr<RobotKnowledge> knowledge_;
+};
+
+}  // namespace binpick

@@ -1,0 +1,32 @@
+#include "experiments/trial_setup.h"
+
+#include <algorithm>
+
+#include "scenes/scene.h"
+
+namespace binpick {
+
+PhysicsDraw physics_of_trial(const std::vector<ObjectModel>& objects, const std::string& mode,
+                             const TrialContext& context) {
+  if (mode == "centre") return centre_physics(objects);
+  return draw_physics(objects, context.seeds.shared("physics"));
+}
+
+std::vector<std::filesystem::path> trial_input_files(const std::filesystem::path& scene_file) {
+  std::vector<std::filesystem::path> files;
+  for (std::filesystem::path file = scene_file; !file.empty();) {
+    files.push_back(file);
+    const Scene scene = load_scene(file);
+    file = scene.extends.empty() ? std::filesystem::path() : file.parent_path() / scene.extends;
+  }
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(models_directory())) {
+    const std::string extension = entry.path().extension();
+    if (extension == ".yaml" || extension == ".obj" || extension == ".urdf") {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace binpick

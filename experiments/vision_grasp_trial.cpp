@@ -1,0 +1,171 @@
+#include "experiments/vision_grasp_trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "experiments/trial_setup.h"
+#include "models/errors.h"
+#include "sim/pile.h"
+#include "sim/simulation_error.h"
+
+namespace binpick {
+namespace {
+
+TrialRecord failure(TrialOutcome outcome, TrialStage stage, std::string note) {
+  TrialRecord record;
+  record.outcome = outcome;
+  record.stage = stage;
+  record.note = std::move(note);
+  return record;
+}
+
+TrialOutcome outcome_of(SkillResult result) {
+  switch (result) {
+    case SkillResult::kCollision:
+      return TrialOutcome::kCollisionAbort;
+    case SkillResult::kFailedGrasp:
+      return TrialOutcome::kFailedGrasp;
+    case SkillResult::kUnreachable:
+      return TrialOutcome::kUnreachable;
+    case SkillResult::kDone:
+      break;
+  }
+  return TrialOutcome::kSuccess;
+}
+
+}  // namespace
+
+void VisionGraspTrial::Subject::visit(ConfigVisitor& visitor) {
+  visitor.text("model", model, Presence::kRequired);
+  visitor.text("single_scene", single_scene, Presence::kRequired);
+  visitor.texts("restings", restings);
+}
+
+void VisionGraspTrial::visit(ConfigVisitor& visitor) {
+  visitor.elements("subjects", subjects_, Presence::kRequired);
+  visitor.text("object", object_);
+  visitor.choice("scenario", scenario_, {"single", "pile"});
+  visitor.text("pile_scene", pile_scene_, Presence::kRequired);
+  visitor.number("placing_radius", placing_radius_, {.min = 0.0, .max = 0.3});
+  visitor.group("loop", [&](ConfigVisitor& group) { loop_.visit(group); });
+  if (!visitor.reading()) return;
+  const auto is_object = [&](const Subject& s) { return s.model == object_; };
+  if (std::none_of(subjects_.begin(), subjects_.end(), is_object)) {
+    visitor.problem("object", fmt::format("'{}' is none of the subjects", object_));
+  }
+}
+
+const VisionGraspTrial::Subject& VisionGraspTrial::subject() const {
+  return *std::find_if(subjects_.begin(), subjects_.end(),
+                       [&](const Subject& s) { return s.model == object_; });
+}
+
+std::filesystem::path VisionGraspTrial::scene_file() const {
+  return config_directory_ / (scenario_ == "pile" ? pile_scene_ : subject().single_scene);
+}
+
+std::vector<std::filesystem::path> VisionGraspTrial::input_files(
+    const std::filesystem::path& config_directory) const {
+  std::vector<std::filesystem::path> files = trial_input_files(config_directory / pile_scene_);
+  for (const Subject& s : subjects_) {
+    const auto more = trial_input_files(config_directory / s.single_scene);
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
+
+void VisionGraspTrial::prepare(const std::filesystem::path& config_directory) {
+  config_directory_ = config_directory;
+  const std::filesystem::path file = scene_file();
+  const std::string wanted = file.string() + '\n' + loop_.recognizer;
+  if (loaded_ == wanted) return;
+  cell_.reset();  // its GL context goes before the next one comes
+  cell_ = std::make_unique<VisionCell>(file, loop_.recognizer_options());
+  loaded_ = wanted;
+}
+
+void VisionGraspTrial::place_single_object(World& world, Seed seed) const {
+  Random draw(seed);
+  const Scene& scene = cell_->world->parts.scene;
+  const double radius = placing_radius_ * std::sqrt(draw.uniform());
+  const double azimuth = draw.uniform(0.0, 2.0 * std::numbers::pi);
+  StandingObject standing;
+  standing.model = object_;
+  standing.resting = subject().restings[draw.index(subject().restings.size())];
+  standing.position =
+      scene.pick_region_centre + radius * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+  standing.yaw = draw.uniform(0.0, 2.0 * std::numbers::pi);
+
+  Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();
+  T_world_object.linear() = standing.R_world_object();
+  double lowest = 0.0;
+  for (const Eigen::Vector3d& vertex : world.object_model(0).mesh.vertices) {
+    lowest = std::min(lowest, (T_world_object * vertex).z());
+  }
+  T_world_object.translation() << standing.position, -lowest;
+  world.set_object_pose(0, T_world_object);
+}
+
+TrialRecord VisionGraspTrial::run(const TrialContext& context) {
+  context.enter(TrialStage::kSetup);
+  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
+  VisionLoopResult result;
+  try {
+    if (scenario_ == "pile") {
+      if (!drop_pile(world, context.seeds.shared("pile")).settled) {
+        return failure(TrialOutcome::kTimeout, TrialStage::kSetup, "the pile did not come to rest");
+      }
+    } else {
+      place_single_object(world, context.seeds.shared("placing"));
+      settle(world, 5.0);
+    }
+    AutomatonOptions automaton;
+    automaton.wanted_model = object_;
+    automaton.max_attempts = 1;
+    automaton.max_idle_cycles = automaton.looks_before_empty;
+    run_vision_loop(*cell_, world, loop_, automaton, context, result);
+    context.enter(TrialStage::kJudge);
+    return judge(world, result);
+  } catch (const SimulationDiverged& diverged) {
+    return failure(TrialOutcome::kDiverged, TrialStage::kGrasp, diverged.what());
+  } catch (const TimeBudgetSpent& spent) {
+    return failure(TrialOutcome::kTimeout, TrialStage::kGrasp, spent.what());
+  }
+}
+
+TrialRecord VisionGraspTrial::judge(const World& world, const VisionLoopResult& result) const {
+  if (result.attempts.empty()) {
+    if (result.automaton.reason == HaltReason::kBelievedEmpty) {
+      return failure(TrialOutcome::kNothingDetected, TrialStage::kRecognize, "no object found");
+    }
+    return failure(TrialOutcome::kUnreachable, TrialStage::kSelect, "no feasible grasp");
+  }
+  const GraspAttempt& attempt = result.attempts.front();
+  const std::string grasp = attempt.plan.grasp->name;
+  TrialRecord record;
+  if (!attempt.match || !attempt.match->correct()) {
+    record = failure(TrialOutcome::kWrongPose, TrialStage::kRecognize, grasp);
+  } else if (attempt.grasp != SkillResult::kDone) {
+    record = failure(outcome_of(attempt.grasp), TrialStage::kGrasp, grasp);
+  } else if (attempt.carry != SkillResult::kDone) {
+    const bool lost = attempt.carry == SkillResult::kFailedGrasp;
+    record = failure(lost ? TrialOutcome::kSlipped : outcome_of(attempt.carry), TrialStage::kCarry,
+                     grasp);
+  } else if (attempt.place != SkillResult::kDone) {
+    record = failure(TrialOutcome::kSlipped, TrialStage::kPlace, grasp);
+  } else if (!Referee(world).in_designated_place(attempt.match->object)) {
+    record = failure(TrialOutcome::kDropped, TrialStage::kJudge, grasp);
+  } else {
+    record.note = grasp;
+  }
+  if (attempt.match) record.measures["mssd_m"] = attempt.match->mssd;
+  record.measures["tilt_rad"] = attempt.plan.tilt;
+  return record;
+}
+
+}  // namespace binpick

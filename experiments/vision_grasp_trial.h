@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/trial_kind.h"
+#include "experiments/vision_loop.h"
+
+namespace binpick {
+
+/// Table 2 (IJRR 2012, sections 6.3.1 and 6.3.2): one attempt to recognize an object, grasp it and
+/// carry it to its place; the object stands alone or belongs to a pile. Protocol: docs/table2.md.
+class VisionGraspTrial final : public TrialKind {
+ public:
+  void visit(ConfigVisitor& visitor) override;
+  void prepare(const std::filesystem::path& config_directory) override;
+  [[nodiscard]] std::vector<std::filesystem::path> input_files(
+      const std::filesystem::path& config_directory) const override;
+  [[nodiscard]] TrialRecord run(const TrialContext& context) override;
+
+ private:
+  /// A kind of object that trials are made with.
+  struct Subject {
+    std::string model;
+    std::string single_scene;                      ///< one object of this model
+    std::vector<std::string> restings{"upright"};  ///< how it may stand, see StandingObject
+
+    void visit(ConfigVisitor& visitor);
+  };
+
+  [[nodiscard]] const Subject& subject() const;
+  [[nodiscard]] std::filesystem::path scene_file() const;
+  /// Random position, azimuth and resting side of the single object.
+  void place_single_object(World& world, Seed seed) const;
+  [[nodiscard]] TrialRecord judge(const World& world, const VisionLoopResult& result) const;
+
+  std::vector<Subject> subjects_;
+  std::string object_ = "bottle";
+  std::string scenario_ = "single";
+  std::string pile_scene_;
+  double placing_radius_ = 0.12;  ///< of the single object round the pick region's centre, m
+  VisionLoopParameters loop_;
+
+  std::filesystem::path config_directory_;
+  std::string loaded_;  ///< what `cell_` was made from
+  std::unique_ptr<VisionCell> cell_;
+};
+
+}  // namespace binpick

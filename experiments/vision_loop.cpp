@@ -1,0 +1,142 @@
+#include "experiments/vision_loop.h"
+
+#include <set>
+
+#include "experiments/trial_recorder.h"
+#include "sim/simulated_robot.h"
+
+namespace binpick {
+namespace {
+
+TrialStage stage_of(AutomatonState state) {
+  switch (state) {
+    case AutomatonState::kGoToOverview:
+      return TrialStage::kOverview;
+    case AutomatonState::kRecognizeObjects:
+      return TrialStage::kRecognize;
+    case AutomatonState::kSelectGrasp:
+      return TrialStage::kSelect;
+    case AutomatonState::kGraspObject:
+      return TrialStage::kGrasp;
+    case AutomatonState::kCarryAway:
+      return TrialStage::kCarry;
+    case AutomatonState::kPlaceDown:
+      return TrialStage::kPlace;
+    case AutomatonState::kHalted:
+      break;
+  }
+  return TrialStage::kJudge;
+}
+
+/// Hands every skill on and notes, beside the robot's plans, what the referee knows of them.
+class ObservedSkills final : public ManipulationSkills {
+ public:
+  ObservedSkills(ManipulationSkills& skills, const Referee& referee,
+                 std::vector<GraspAttempt>& attempts)
+      : skills_(skills), referee_(referee), attempts_(attempts) {}
+
+  void go_to_overview() override { skills_.go_to_overview(); }
+  std::vector<Detection> recognize() override { return skills_.recognize(); }
+  int obstruction(const GraspPlan& plan) override { return skills_.obstruction(plan); }
+  SkillResult grasp(const GraspPlan& plan) override {
+    attempts_.push_back({plan, referee_.match(plan.detection)});
+    return attempts_.back().grasp = skills_.grasp(plan);
+  }
+  SkillResult carry(const GraspPlan& plan, const Place& place,
+                    const Eigen::Vector2d& slot) override {
+    return attempts_.back().carry = skills_.carry(plan, place, slot);
+  }
+  SkillResult place(const GraspPlan& plan, const Place& place,
+                    const Eigen::Vector2d& slot) override {
+    return attempts_.back().place = skills_.place(plan, place, slot);
+  }
+
+ private:
+  ManipulationSkills& skills_;
+  const Referee& referee_;
+  std::vector<GraspAttempt>& attempts_;
+};
+
+/// Each kind of object once.
+std::vector<ObjectModel> known_objects(const std::vector<ObjectModel>& in_scene) {
+  std::vector<ObjectModel> known;
+  std::set<std::string> names;
+  for (const ObjectModel& object : in_scene) {
+    if (names.insert(object.name).second) known.push_back(object);
+  }
+  return known;
+}
+
+}  // namespace
+
+void VisionLoopParameters::visit(ConfigVisitor& visitor) {
+  visitor.choice("recognizer", recognizer, {"paper", "default"});
+  visitor.boolean("camera_noise", camera_noise);
+  visitor.number("stiffness_translation", stiffness_translation, {.min = 1.0, .max = 5000.0});
+  visitor.number("stiffness_rotation", stiffness_rotation, {.min = 0.1, .max = 300.0});
+  visitor.boolean("reaction", reaction);
+  visitor.number("collision_force", collision_force, {.min = 1.0, .max = 500.0});
+  visitor.number("approach_speed", approach_speed, {.min = 0.01, .max = 1.0});
+  visitor.number("closing_speed", closing_speed, {.min = 0.005, .max = 0.42});
+  visitor.number("grip_force", grip_force, {.min = 1.0, .max = 80.0});
+  visitor.choice("physics", physics, {"drawn", "centre"});
+  visitor.number("time_budget_s", time_budget, {.min = 1.0, .max = 36000.0});
+}
+
+SkillOptions VisionLoopParameters::skill_options() const {
+  SkillOptions options;
+  options.stiffness.head<3>().setConstant(stiffness_translation);
+  options.stiffness.tail<3>().setConstant(stiffness_rotation);
+  options.reaction = reaction;
+  options.collision_force = collision_force;
+  options.approach_speed = approach_speed;
+  options.grip = {0.0, closing_speed, grip_force};
+  return options;
+}
+
+RecognizerOptions VisionLoopParameters::recognizer_options() const {
+  RecognizerOptions options;
+  options.setting = recognizer == "paper" ? RecognizerSetting::kPaper : RecognizerSetting::kDefault;
+  return options;
+}
+
+VisionCell::VisionCell(const std::filesystem::path& scene_file, const RecognizerOptions& options) {
+  const Scene scene = load_scene(scene_file);
+  world = make_world_template(scene);
+  std::vector<ObjectModel> objects = known_objects(world->parts.objects);
+  recognizer = make_recognizer(objects, options);
+  knowledge = std::make_unique<RobotKnowledge>(cell_layout(scene), std::move(objects));
+  camera = std::make_unique<DepthCamera>(world);
+}
+
+void run_vision_loop(const VisionCell& cell, World& world, const VisionLoopParameters& parameters,
+                     const AutomatonOptions& automaton_options, const TrialContext& context,
+                     VisionLoopResult& result) {
+  const Referee referee(world);
+  TrialRecorder recorder(context, world);
+  StructuredLightOptions noise;
+  noise.enabled = parameters.camera_noise;
+  SimulatedRobot robot(world, cell.camera.get(),
+                       {.camera_noise = noise,
+                        .sensor_noise = {},
+                        .time_budget = parameters.time_budget,
+                        .seed = context.seeds.shared("sensors"),
+                        .on_step = recorder.callback()});
+  RecognizerPerception perception(cell.recognizer, context.seeds.shared("recognition"));
+  RobotSkills skills = cell.knowledge->make_skills(robot, &perception, parameters.skill_options());
+  ObservedSkills observed(skills, referee, result.attempts);
+  ManipulationAutomaton automaton(observed, cell.knowledge->selector(), cell.knowledge->layout(),
+                                  cell.knowledge->objects(), automaton_options);
+  automaton.on_state([&](AutomatonState state) { context.enter(stage_of(state)); });
+  automaton.on_event([&](const AutomatonEvent& event) {
+    result.automaton.events.push_back(event);
+    recorder.note(event);
+  });
+  const AutomatonResult halted = automaton.run();
+  result.automaton.reason = halted.reason;
+  result.automaton.placed = halted.placed;
+  // What was let go last comes to rest before the referee looks.
+  skills.manipulator().hold(1.0, {.on_collision = false});
+}
+
+}  // namespace binpick

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "control/manipulation_automaton.h"
+#include "experiments/recognizer_perception.h"
+#include "experiments/referee.h"
+#include "experiments/robot_knowledge.h"
+#include "experiments/trial_kind.h"
+#include "models/config_visitor.h"
+#include "sim/depth_camera.h"
+
+namespace binpick {
+
+/// What the vision-based experiments have in common.
+struct VisionLoopParameters {
+  std::string recognizer = "default";   ///< setting of the recognizer
+  bool camera_noise = true;             ///< structured light, or an ideal depth camera
+  double stiffness_translation = 2000;  ///< N/m
+  double stiffness_rotation = 200;      ///< Nm/rad
+  bool reaction = true;
+  double collision_force = 15.0;  ///< N
+  double approach_speed = 0.1;    ///< m/s
+  double closing_speed = 0.1;     ///< of the jaw distance, m/s
+  double grip_force = 40.0;       ///< N
+  std::string physics = "drawn";  ///< masses and frictions: drawn per trial, or centre
+  double time_budget = 900.0;     ///< simulated, s
+
+  void visit(ConfigVisitor& visitor);
+  [[nodiscard]] SkillOptions skill_options() const;
+  [[nodiscard]] RecognizerOptions recognizer_options() const;
+};
+
+/// A cell in which the robot can see: compiled world, the robot's knowledge, its recognizer and the
+/// camera. Made once per worker and scene; the camera's GL context belongs to the making thread.
+struct VisionCell {
+  std::shared_ptr<const WorldTemplate> world;
+  std::unique_ptr<RobotKnowledge> knowledge;
+  std::shared_ptr<const Recognizer> recognizer;
+  std::unique_ptr<DepthCamera> camera;
+
+  VisionCell(const std::filesystem::path& scene_file, const RecognizerOptions& options);
+};
+
+/// One attempt to grasp, with the truth that the robot did not have.
+struct GraspAttempt {
+  GraspPlan plan;
+  std::optional<Referee::Match> match;  ///< at the moment of grasping
+  SkillResult grasp = SkillResult::kDone;
+  SkillResult carry = SkillResult::kDone;
+  SkillResult place = SkillResult::kDone;
+};
+
+/// What became of one run of the automaton.
+struct VisionLoopResult {
+  AutomatonResult automaton;
+  std::vector<GraspAttempt> attempts;
+};
+
+/// Closes the loop in a world that is ready: simulated robot, perception, skills and automaton,
+/// with the referee's notes beside them. Lets the simulation's errors pass; `result` holds what
+/// happened until then.
+void run_vision_loop(const VisionCell& cell, World& world, const VisionLoopParameters& parameters,
+                     const AutomatonOptions& automaton, const TrialContext& context,
+                     VisionLoopResult& result);
+
+}  // namespace binpick

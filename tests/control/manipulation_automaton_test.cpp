@@ -1,0 +1,202 @@
+#include "control/manipulation_automaton.h"
+
+#include <gmock/gmock.h>
+
+#include <deque>
+#include <set>
+
+#include "models/errors.h"
+
+namespace binpick {
+namespace {
+
+using enum AutomatonState;
+
+ObjectModel cube() {
+  ObjectModel object;
+  object.name = "cube";
+  object.symmetries = {Eigen::Isometry3d::Identity()};
+  for (const char* name : {"first", "second"}) {
+    Grasp grasp;
+    grasp.name = name;
+    // Approach straight down; the second costs more wrist.
+    grasp.T_object_grasp.linear() << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+    grasp.T_object_grasp.translation().z() = 0.02;
+    grasp.pre_opening = 0.08;
+    object.grasps.push_back(grasp);
+  }
+  return object;
+}
+
+CellLayout layout() {
+  CellLayout layout;
+  layout.pick_region = Eigen::AlignedBox2d(Eigen::Vector2d(0.3, -0.3), Eigen::Vector2d(0.8, 0.3));
+  Place place;
+  place.name = "corner";
+  place.objects = {"cube"};
+  place.slots = {Eigen::Vector2d(0.0, 0.5), Eigen::Vector2d(0.1, 0.5)};
+  layout.places.push_back(place);
+  return layout;
+}
+
+Detection cube_at(double x, double z) {
+  Detection detection;
+  detection.model = "cube";
+  detection.T_scene_model.translation() << x, 0.0, z;
+  return detection;
+}
+
+/// Plays a script instead of acting, and keeps what it was asked to do.
+class ScriptedSkills : public ManipulationSkills {
+ public:
+  std::deque<std::vector<Detection>> views;
+  std::deque<SkillResult> grasps;
+  std::deque<SkillResult> carries;
+  std::set<std::string> obstructed;
+  std::vector<std::string> log;
+
+  void go_to_overview() override { log.push_back("overview"); }
+  std::vector<Detection> recognize() override {
+    log.push_back("recognize");
+    return take(views, {});
+  }
+  int obstruction(const GraspPlan& plan) override {
+    return obstructed.contains(plan.grasp->name) ? 50 : 0;
+  }
+  SkillResult grasp(const GraspPlan& plan) override {
+    log.push_back("grasp " + plan.grasp->name);
+    return take(grasps, SkillResult::kDone);
+  }
+  SkillResult carry(const GraspPlan&, const Place&, const Eigen::Vector2d& slot) override {
+    log.push_back("carry");
+    slots.push_back(slot);
+    return take(carries, SkillResult::kDone);
+  }
+  SkillResult place(const GraspPlan&, const Place&, const Eigen::Vector2d&) override {
+    log.push_back("place");
+    return SkillResult::kDone;
+  }
+  std::vector<Eigen::Vector2d> slots;
+
+ private:
+  template <class T>
+  static T take(std::deque<T>& script, T otherwise) {
+    if (script.empty()) return otherwise;
+    T value = script.front();
+    script.pop_front();
+    return value;
+  }
+};
+
+class ManipulationAutomatonTest : public ::testing::Test {
+ protected:
+  AutomatonResult run(AutomatonOptions options = {}) {
+    ManipulationAutomaton automaton(skills_, selector_, layout_, objects_, options);
+    return automaton.run();
+  }
+
+  std::vector<ObjectModel> objects_{cube()};
+  CellLayout layout_ = layout();
+  // Every pose can be reached; the first grasp needs no wrist, the second does.
+  int asked_ = 0;
+  GraspSelector selector_{objects_, layout_, 0.015,
+                          [this](const Eigen::Isometry3d&) -> std::optional<JointVector> {
+                            JointVector q = JointVector::Zero();
+                            q[6] = (asked_++ / 2) % 2 == 0 ? 0.0 : 1.0;
+                            return q;
+                          }};
+  ScriptedSkills skills_;
+};
+
+TEST_F(ManipulationAutomatonTest, RunsThroughFigure4AndHaltsWhenItBelievesTheTableEmpty) {
+  skills_.views = {{cube_at(0.5, 0.1)}};
+  const AutomatonResult result = run();
+  EXPECT_EQ(result.reason, HaltReason::kBelievedEmpty);
+  EXPECT_EQ(result.placed, 1);
+  EXPECT_THAT(skills_.log, ::testing::ElementsAre("overview", "recognize", "grasp first", "carry",
+                                                  "place", "overview", "recognize", "overview",
+                                                  "recognize", "overview", "recognize"));
+}
+
+TEST_F(ManipulationAutomatonTest, GoesBackToTheOverviewAfterACollision) {
+  skills_.views = {{cube_at(0.5, 0.1)}, {cube_at(0.5, 0.1)}};
+  skills_.grasps = {SkillResult::kCollision};
+  const AutomatonResult result = run();
+  EXPECT_EQ(result.placed, 1);
+  const auto& after_collision = result.events[3];
+  EXPECT_EQ(after_collision.state, kGraspObject);
+  EXPECT_TRUE(after_collision.conditions.C());
+  EXPECT_EQ(after_collision.next, kGoToOverview);
+}
+
+TEST_F(ManipulationAutomatonTest, DoesNotRepeatAFailedGraspWhileAnotherOneIsLeft) {
+  const std::vector<Detection> view{cube_at(0.5, 0.1)};
+  skills_.views = {view, view, view};
+  skills_.grasps = {SkillResult::kFailedGrasp, SkillResult::kFailedGrasp};
+  const AutomatonResult result = run();
+  EXPECT_EQ(result.placed, 1);
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp second").Times(1));
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp first").Times(2));
+}
+
+TEST_F(ManipulationAutomatonTest, PrefersAGraspWithAFreeWayToACheaperOne) {
+  skills_.views = {{cube_at(0.5, 0.1)}};
+  skills_.obstructed = {"first"};
+  run();
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp second"));
+}
+
+TEST_F(ManipulationAutomatonTest, IgnoresDetectionsOutsideThePickRegion) {
+  skills_.views = {{cube_at(0.1, 0.1)}, {cube_at(0.1, 0.1)}, {cube_at(0.1, 0.1)}};
+  const AutomatonResult result = run();
+  EXPECT_EQ(result.reason, HaltReason::kBelievedEmpty);
+  EXPECT_EQ(result.placed, 0);
+}
+
+TEST_F(ManipulationAutomatonTest, GivesUpAfterThirtyCyclesWithoutProgress) {
+  for (int i = 0; i < 100; ++i) skills_.views.push_back({cube_at(0.5, 0.1)});
+  for (int i = 0; i < 100; ++i) skills_.grasps.push_back(SkillResult::kCollision);
+  const AutomatonResult result = run();
+  EXPECT_EQ(result.reason, HaltReason::kGaveUp);
+  EXPECT_THAT(skills_.log, ::testing::Contains("recognize").Times(31));
+}
+
+TEST_F(ManipulationAutomatonTest, UsesThePlacesSlotsInOrderAndNotForWhatWasLost) {
+  const std::vector<Detection> view{cube_at(0.5, 0.1)};
+  skills_.views = {view, view, view};
+  skills_.carries = {SkillResult::kDone, SkillResult::kFailedGrasp, SkillResult::kDone};
+  run();
+  ASSERT_EQ(skills_.slots.size(), 3u);
+  EXPECT_EQ(skills_.slots[0], layout_.places[0].slots[0]);
+  EXPECT_EQ(skills_.slots[1], layout_.places[0].slots[1]);
+  EXPECT_EQ(skills_.slots[2], layout_.places[0].slots[1]);
+}
+
+TEST_F(ManipulationAutomatonTest, HaltsAfterTheAttemptsItWasGiven) {
+  skills_.views = {{cube_at(0.5, 0.1)}, {cube_at(0.5, 0.1)}};
+  skills_.grasps = {SkillResult::kCollision};
+  AutomatonOptions options;
+  options.max_attempts = 1;
+  const AutomatonResult result = run(options);
+  EXPECT_EQ(result.reason, HaltReason::kAttemptsUsed);
+  EXPECT_EQ(result.events.back().state, kGraspObject);
+}
+
+TEST_F(ManipulationAutomatonTest, RefusesObjectsThatHaveNoPlace) {
+  layout_.places.clear();
+  EXPECT_THROW(ManipulationAutomaton(skills_, selector_, layout_, objects_), InputError);
+}
+
+TEST(AutomatonTable, EveryStateHasAnArrowThatIsAlwaysOpen) {
+  for (const AutomatonState state :
+       {kGoToOverview, kRecognizeObjects, kSelectGrasp, kGraspObject, kCarryAway, kPlaceDown}) {
+    bool open = false;
+    for (const AutomatonTransition& arrow : automaton_table()) {
+      open = open || (arrow.from == state && arrow.guard({}));
+    }
+    EXPECT_TRUE(open) << to_text(state);
+  }
+}
+
+}  // namespace
+}  // namespace binpick
