@@ -8,13 +8,12 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
-#include <cmath>
 #include <cstring>
-#include <map>
 #include <string>
 
 #include "models/contained_process.h"
 #include "models/errors.h"
+#include "models/surface_data.h"
 
 namespace binpick {
 namespace {
@@ -36,7 +35,7 @@ void check_file(const std::filesystem::path& file) {
   }
 }
 
-/// What a child process sends: counts, then coordinates and indices.
+/// What the child process sends: counts, then points and triangles.
 class ByteWriter {
  public:
   template <class T>
@@ -58,7 +57,8 @@ class ByteReader {
     if (count > (bytes_.size() - position_) / sizeof(T)) {
       throw InputError("the mesh importer's answer is too short");
     }
-    if (count > 0) std::memcpy(values, bytes_.data() + position_, count * sizeof(T));
+    if (count > 0)
+      std::memcpy(static_cast<void*>(values), bytes_.data() + position_, count * sizeof(T));
     position_ += count * sizeof(T);
   }
 
@@ -78,71 +78,28 @@ void append_with_assimp(const std::filesystem::path& file, ByteWriter& out) {
   if (scene == nullptr) {
     throw InputError(fmt::format("{}: {}", file.string(), importer.GetErrorString()));
   }
-  std::vector<float> coordinates;
-  std::vector<std::int32_t> indices;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<std::int32_t, 3>> triangles;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& part = *scene->mMeshes[m];
-    const auto first = static_cast<std::int32_t>(coordinates.size() / 3);
+    const auto first = static_cast<std::int32_t>(points.size());
     for (unsigned i = 0; i < part.mNumVertices; ++i) {
       const aiVector3D& v = part.mVertices[i];
-      coordinates.insert(coordinates.end(), {v.x, v.y, v.z});
+      points.emplace_back(v.x, v.y, v.z);
     }
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
       if (face.mNumIndices != 3) continue;
-      for (unsigned k = 0; k < 3; ++k) {
-        indices.push_back(first + static_cast<std::int32_t>(face.mIndices[k]));
-      }
+      const auto corner = [&](unsigned k) {
+        return first + static_cast<std::int32_t>(face.mIndices[k]);
+      };
+      triangles.push_back({corner(0), corner(1), corner(2)});
     }
   }
-  const std::uint64_t counts[2] = {coordinates.size(), indices.size()};
+  const std::uint64_t counts[2] = {points.size(), triangles.size()};
   out.put(counts, 2);
-  out.put(coordinates.data(), coordinates.size());
-  out.put(indices.data(), indices.size());
-}
-
-/// One vertex per place; no triangle without area.
-TriangleMesh weld(const std::vector<float>& coordinates, const std::vector<std::int32_t>& indices,
-                  double unit, const std::filesystem::path& file) {
-  TriangleMesh mesh;
-  std::map<std::array<float, 3>, std::int32_t> index_of_place;
-  std::vector<std::int32_t> welded(coordinates.size() / 3);
-  for (std::size_t i = 0; i < welded.size(); ++i) {
-    // -0 and 0 are the same place.
-    const std::array<float, 3> place{coordinates[3 * i] + 0.0f, coordinates[3 * i + 1] + 0.0f,
-                                     coordinates[3 * i + 2] + 0.0f};
-    if (!std::isfinite(place[0]) || !std::isfinite(place[1]) || !std::isfinite(place[2])) {
-      throw InputError(
-          fmt::format("{}: vertex {} is not finite; repair the mesh", file.string(), i));
-    }
-    const auto [entry, inserted] =
-        index_of_place.try_emplace(place, static_cast<std::int32_t>(mesh.vertices.size()));
-    if (inserted) {
-      mesh.vertices.emplace_back(unit * static_cast<double>(place[0]),
-                                 unit * static_cast<double>(place[1]),
-                                 unit * static_cast<double>(place[2]));
-    }
-    welded[i] = entry->second;
-  }
-  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-    std::array<std::int32_t, 3> triangle{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t index = indices[i + k];
-      if (index < 0 || static_cast<std::size_t>(index) >= welded.size()) {
-        throw InputError(fmt::format("{}: triangle {} names vertex {}, which does not exist",
-                                     file.string(), i / 3, index));
-      }
-      triangle[k] = welded[static_cast<std::size_t>(index)];
-    }
-    const Eigen::Vector3d& a = mesh.vertices[static_cast<std::size_t>(triangle[0])];
-    const Eigen::Vector3d& b = mesh.vertices[static_cast<std::size_t>(triangle[1])];
-    const Eigen::Vector3d& c = mesh.vertices[static_cast<std::size_t>(triangle[2])];
-    if ((b - a).cross(c - a).squaredNorm() > 0.0) mesh.triangles.push_back(triangle);
-  }
-  if (mesh.triangles.empty()) {
-    throw InputError(fmt::format("{}: no triangles; give a mesh with a surface", file.string()));
-  }
-  return mesh;
+  out.put(points.data(), points.size());
+  out.put(triangles.data(), triangles.size());
 }
 
 }  // namespace
@@ -171,11 +128,15 @@ std::vector<TriangleMesh> import_meshes(const std::vector<std::filesystem::path>
   for (const std::filesystem::path& file : files) {
     std::uint64_t counts[2] = {};
     in.get(counts, 2);
-    std::vector<float> coordinates(counts[0]);
-    std::vector<std::int32_t> indices(counts[1]);
-    in.get(coordinates.data(), coordinates.size());
-    in.get(indices.data(), indices.size());
-    meshes.push_back(weld(coordinates, indices, unit, file));
+    if (std::max(counts[0], counts[1]) > result.bytes.size()) {
+      throw InputError(fmt::format("{}: the mesh importer's answer is damaged", file.string()));
+    }
+    SurfaceData data;
+    data.points.resize(counts[0]);
+    data.triangles.resize(counts[1]);
+    in.get(data.points.data(), data.points.size());
+    in.get(data.triangles.data(), data.triangles.size());
+    meshes.push_back(to_mesh(data, unit, file.string()));
   }
   return meshes;
 }
