@@ -34,6 +34,7 @@ struct RecognitionModel {
   std::string name;
   std::vector<Eigen::Isometry3d> symmetries;  ///< identity first
   std::vector<OrientedPoint> surface;         ///< dense, nearly uniform
+  std::vector<Eigen::Vector3f> cover;         ///< denser, at the spacing of the leaves of S*
   TestPoints test_points;                     ///< what mu compares with the scene
   RenderMesh render_mesh;
   std::vector<Eigen::Vector3f> hull;  ///< extreme points, for distances and half-spaces

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "models/random.h"
+#include "recognition/scene_octree.h"
 
 namespace binpick {
 
@@ -14,8 +15,32 @@ struct SupportPlane {
   double offset = 0.0;
   double tolerance = 0.0;  ///< points up to this height belong to the plane, m
 
-  /// Height above the plane, m.
-  [[nodiscard]] double height(const Eigen::Vector3d& p) const { return normal.dot(p) - offset; }
+  /// The slow bend of the sensor's depth over the plane (a Kinect bows by 2-3 mm): its height above
+  /// the plane is bow . (1, a, b, a^2, a b, b^2) with a, b along `axes` from `centre`, limited to
+  /// `reach`.
+  Eigen::Matrix<double, 6, 1> bow = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 2> axes = Eigen::Matrix<double, 3, 2>::Zero();
+  Eigen::Vector2d reach = Eigen::Vector2d::Zero();
+
+  /// Height above the plane, the bow taken off, m.
+  [[nodiscard]] double height(const Eigen::Vector3d& p) const;
 };
+
+/// What a plane must be to count as support and not as an object's face.
+struct SupportPlaneOptions {
+  double least_area = 0.0;    ///< m^2; several times the largest face of any model
+  double most_behind = 0.02;  ///< share of points seen through the plane's outline
+  int most_planes = 3;        ///< e.g. a table, the floor and a wall
+  int samples = 400;          ///< RANSAC draws per plane
+};
+
+/// Finds the support planes among the points of S* by RANSAC (IJRR 2012, section 6.3), largest
+/// first. The sensor is at the origin. A plane with points behind it inside its own outline is
+/// rejected: the coplanar tops of two boxes look like a table until one sees past them.
+/// O(samples x points); the same for the same seed.
+[[nodiscard]] std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
+                                                            const SupportPlaneOptions& options,
+                                                            Seed seed);
 
 }  // namespace binpick

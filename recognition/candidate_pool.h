@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "recognition/hypothesis.h"
+#include "recognition/model_library.h"
+#include "recognition/observed_scene.h"
+#include "recognition/render_verification.h"
+
+namespace binpick {
+
+/// A hypothesis that stood the comparison with the scene.
+struct Candidate {
+  int model = 0;
+  Eigen::Isometry3f T_camera_model = Eigen::Isometry3f::Identity();
+  RenderComparison comparison;
+};
+
+/// The tolerances that follow from a model's size and the scene's noise.
+struct ModelTolerances {
+  float coarse = 0.0f;  ///< for poses straight from a point pair, m
+  float fine = 0.0f;    ///< for aligned poses, m
+};
+[[nodiscard]] ModelTolerances tolerances_for(const RecognitionModel& model, float noise);
+
+/// From many hypotheses to few detections, for the default setting: clusters what was generated,
+/// aligns the best of each cluster, verifies it by rendering, and picks a consistent set.
+class CandidatePool {
+ public:
+  CandidatePool(const ModelLibrary& library, const ObservedScene& scene, double visibility,
+                int jobs);
+
+  /// Takes the hypotheses of one sampling round.
+  void add(std::vector<Hypothesis> hypotheses);
+
+  /// The best set of candidates that do not claim the same points of S*, best first.
+  [[nodiscard]] std::vector<const Candidate*> select() const;
+
+  [[nodiscard]] int verified() const noexcept { return verified_; }
+  [[nodiscard]] int accepted() const noexcept { return static_cast<int>(candidates_.size()); }
+
+ private:
+  [[nodiscard]] std::vector<Hypothesis> align(std::vector<Hypothesis> hypotheses) const;
+  void verify(const std::vector<Hypothesis>& hypotheses);
+
+  const ModelLibrary& library_;
+  const ObservedScene& scene_;
+  double facing_visibility_;
+  int jobs_;
+  int verified_ = 0;
+  std::vector<ModelTolerances> tolerances_;
+  std::vector<Hypothesis> tried_;  // aligned poses that were compared before
+  std::vector<Candidate> candidates_;
+};
+
+/// Keeps the best hypothesis of every cluster of poses closer than `share` of the diameter
+/// (symmetry-aware), at most `most` per model, none close to one of `known`. Best first per model.
+[[nodiscard]] std::vector<Hypothesis> keep_cluster_heads(
+    std::vector<Hypothesis> hypotheses, const std::vector<RecognitionModel>& models, float share,
+    int most, const std::vector<Hypothesis>& known = {});
+
+}  // namespace binpick

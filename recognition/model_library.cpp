@@ -1,0 +1,56 @@
+#include "recognition/model_library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "models/errors.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kPairWidthShare = 0.6;       // of the smallest middle extent
+constexpr double kPairToleranceShare = 0.05;  // of the pair width
+constexpr double kLeavesPerDiameter = 34.0;
+constexpr double kPaperKeptFraction = 0.4;
+
+RecognitionModel prepare(const ModelSource& source) {
+  return std::visit(
+      [&](const auto& shape) {
+        return make_recognition_model(source.name, shape, source.symmetries);
+      },
+      source.shape);
+}
+
+}  // namespace
+
+ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSetting setting)
+    : setting_(setting) {
+  if (sources.empty()) throw InputError("model library: no model given; name at least one");
+  std::set<std::string> names;
+  double middle_extent = std::numeric_limits<double>::infinity();
+  double diameter = std::numeric_limits<double>::infinity();
+  for (const ModelSource& source : sources) {
+    if (!names.insert(source.name).second) {
+      throw InputError(fmt::format("model library: {} is given twice; name it once", source.name));
+    }
+    models_.push_back(prepare(source));
+    middle_extent = std::min(middle_extent, static_cast<double>(models_.back().middle_extent));
+    diameter = std::min(diameter, static_cast<double>(models_.back().diameter));
+  }
+  pair_width_ = kPairWidthShare * middle_extent;
+  pair_tolerance_ = kPairToleranceShare * pair_width_;
+  leaf_size_ = diameter / kLeavesPerDiameter;
+
+  PairTableOptions options;
+  options.width = static_cast<float>(pair_width_);
+  options.tolerance = static_cast<float>(pair_tolerance_);
+  options.kept_fraction = setting == RecognizerSetting::kPaper ? kPaperKeptFraction : 1.0;
+  options.drop_coplanar = setting == RecognizerSetting::kDefault;
+  options.reduce_symmetry = setting == RecognizerSetting::kDefault;
+  pairs_ = PairTable(models_, options);
+}
+
+}  // namespace binpick

@@ -1,0 +1,194 @@
+#include "recognition/observed_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "recognition/parallel_for.h"
+#include "recognition/stopwatch.h"
+
+namespace binpick {
+namespace {
+
+constexpr float kSameSurface = 1.015f;   // depths within 1.5 % of the nearest are averaged
+constexpr double kPixelsPerLeaf = 1.35;  // a working pixel must not be coarser than a leaf / this
+constexpr int kChunk = 1024;
+
+double median_depth(const RangeImage& image) {
+  std::vector<float> depths;
+  for (std::size_t i = 0; i < image.depth.size(); i += 7) {
+    if (image.depth[i] > 0.0f && std::isfinite(image.depth[i])) depths.push_back(image.depth[i]);
+  }
+  if (depths.empty()) return 0.0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return static_cast<double>(*middle);
+}
+
+/// The distance between neighbouring points on a surface that faces the sensor.
+double point_spacing(const RangeImage& image) {
+  return median_depth(image) / std::max(image.intrinsics.fx, 1e-9);
+}
+
+float leaf_size_for(const RangeImage& image, const SceneScale& scale) {
+  return static_cast<float>(std::max(scale.leaf_size, 2.0 * point_spacing(image)));
+}
+
+std::vector<Eigen::Vector3f> points_of(const RangeImage& image) {
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(image.depth.size());
+  const CameraIntrinsics& camera = image.intrinsics;
+  const auto ifx = static_cast<float>(1.0 / camera.fx);
+  const auto ify = static_cast<float>(1.0 / camera.fy);
+  std::size_t i = 0;
+  for (int v = 0; v < camera.height; ++v) {
+    const float y = (static_cast<float>(v) - static_cast<float>(camera.cy)) * ify;
+    for (int u = 0; u < camera.width; ++u, ++i) {
+      const float z = image.depth[i];
+      if (!(z > 0.0f) || !std::isfinite(z)) continue;
+      points.emplace_back((static_cast<float>(u) - static_cast<float>(camera.cx)) * ifx * z, y * z,
+                          z);
+    }
+  }
+  return points;
+}
+
+Projection projection_of(const CameraIntrinsics& camera, int block) {
+  Projection p;
+  p.width = camera.width / block;
+  p.height = camera.height / block;
+  p.fx = static_cast<float>(camera.fx / block);
+  p.fy = static_cast<float>(camera.fy / block);
+  p.cx = static_cast<float>((camera.cx - 0.5 * (block - 1)) / block);
+  p.cy = static_cast<float>((camera.cy - 0.5 * (block - 1)) / block);
+  return p;
+}
+
+/// The mean of the depths of a block that belong to its nearest surface.
+float depth_of_block(const RangeImage& image, int u0, int v0, int block) {
+  float nearest = 0.0f;
+  for (int v = v0; v < v0 + block; ++v) {
+    for (int u = u0; u < u0 + block; ++u) {
+      const float z = image.at(u, v);
+      if (z > 0.0f && std::isfinite(z) && (nearest == 0.0f || z < nearest)) nearest = z;
+    }
+  }
+  if (block == 1 || nearest == 0.0f) return nearest;
+  float sum = 0.0f;
+  float count = 0.0f;
+  for (int v = v0; v < v0 + block; ++v) {
+    for (int u = u0; u < u0 + block; ++u) {
+      const float z = image.at(u, v);
+      if (!(z > 0.0f) || z > kSameSurface * nearest) continue;
+      sum += z;
+      count += 1.0f;
+    }
+  }
+  return sum / count;
+}
+
+}  // namespace
+
+ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, int jobs, Seed seed)
+    : octree_({}, 1.0f) {
+  Stopwatch watch;
+  const float leaf_size = leaf_size_for(image, scale);
+  int block = 1;
+  while ((block + 1) * point_spacing(image) * kPixelsPerLeaf <= static_cast<double>(leaf_size)) {
+    ++block;
+  }
+  projection_ = projection_of(image.intrinsics, block);
+  pixels_.resize(static_cast<std::size_t>(projection_.width) *
+                 static_cast<std::size_t>(projection_.height));
+  parallel_chunks(projection_.height, 16, jobs, [&](int, int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      for (int u = 0; u < projection_.width; ++u) {
+        pixels_[static_cast<std::size_t>(v * projection_.width + u)].depth =
+            depth_of_block(image, u * block, v * block, block);
+      }
+    }
+  });
+  timings_.image = watch.lap();
+
+  octree_ = SceneOctree(points_of(image), leaf_size);
+  timings_.octree = watch.lap();
+
+  SupportPlaneOptions options;
+  options.least_area = scale.least_plane_area;
+  planes_ = find_support_planes(octree_, options, seed);
+  mark_support();
+  timings_.planes = watch.lap();
+
+  estimate_normals(jobs);
+  fill_pixels(jobs);
+  timings_.normals = watch.lap();
+}
+
+void ObservedScene::mark_support() {
+  on_support_.assign(static_cast<std::size_t>(octree_.size()), 0);
+  for (int leaf = 0; leaf < octree_.size(); ++leaf) {
+    const Eigen::Vector3d p = octree_.point(leaf).cast<double>();
+    const bool supports = std::any_of(planes_.begin(), planes_.end(), [&](const auto& plane) {
+      return plane.height(p) < plane.tolerance;
+    });
+    on_support_[static_cast<std::size_t>(leaf)] = supports ? 1 : 0;
+    if (!supports) object_leaves_.push_back(leaf);
+  }
+}
+
+void ObservedScene::estimate_normals(int jobs) {
+  const auto size = static_cast<std::size_t>(octree_.size());
+  normals_.assign(size, Eigen::Vector3f::Zero());
+  reliable_.assign(size, 0);
+  std::vector<LocalPlane> fits(object_leaves_.size());
+  parallel_chunks(static_cast<int>(fits.size()), kChunk, jobs, [&](int, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      fits[static_cast<std::size_t>(i)] =
+          octree_.plane_at(object_leaves_[static_cast<std::size_t>(i)]);
+    }
+  });
+  constexpr int kLeastPoints = 8;
+  std::vector<float> deviations;
+  for (const LocalPlane& fit : fits) {
+    if (fit.points >= kLeastPoints) deviations.push_back(fit.deviation);
+  }
+  if (!deviations.empty()) {
+    // A low percentile: patches across edges and on curved parts deviate for other reasons.
+    const auto rank = deviations.begin() + static_cast<std::ptrdiff_t>(3 * deviations.size() / 10);
+    std::nth_element(deviations.begin(), rank, deviations.end());
+    noise_ = *rank;
+  }
+  const float leaf_size = octree_.leaf_size();
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const auto leaf = static_cast<std::size_t>(object_leaves_[i]);
+    const LocalPlane& fit = fits[i];
+    normals_[leaf] = fit.normal.dot(octree_.points()[leaf]) > 0.0f ? -fit.normal : fit.normal;
+    const bool reliable = fit.points >= kLeastPoints && fit.width > 0.25f * leaf_size &&
+                          fit.deviation < std::max(2.0f * noise_, 0.2f * fit.width);
+    reliable_[leaf] = reliable ? 1 : 0;
+  }
+}
+
+void ObservedScene::fill_pixels(int jobs) {
+  leaf_of_pixel_.assign(pixels_.size(), -1);
+  parallel_chunks(static_cast<int>(pixels_.size()), 16 * kChunk, jobs,
+                  [&](int, int begin, int end) {
+                    for (int i = begin; i < end; ++i) {
+                      ScenePixel& pixel = pixels_[static_cast<std::size_t>(i)];
+                      if (!(pixel.depth > 0.0f)) continue;
+                      const int leaf = octree_.leaf_at(projection_.point(i, pixel.depth));
+                      leaf_of_pixel_[static_cast<std::size_t>(i)] = leaf;
+                      if (leaf < 0) continue;
+                      if (on_support(leaf)) {
+                        pixel.flags = ScenePixel::kSupport;
+                        continue;
+                      }
+                      const Eigen::Vector3f n = 127.0f * normal(leaf);
+                      pixel.nx = static_cast<std::int8_t>(std::lround(n.x()));
+                      pixel.ny = static_cast<std::int8_t>(std::lround(n.y()));
+                      pixel.nz = static_cast<std::int8_t>(std::lround(n.z()));
+                      if (normal_is_reliable(leaf)) pixel.flags = ScenePixel::kNormal;
+                    }
+                  });
+}
+
+}  // namespace binpick

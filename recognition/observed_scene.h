@@ -1,0 +1,123 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "models/random.h"
+#include "models/range_image.h"
+#include "recognition/scene_octree.h"
+#include "recognition/support_plane.h"
+
+namespace binpick {
+
+/// One pixel of the scene as the tests read it, in eight bytes.
+struct ScenePixel {
+  static constexpr std::uint8_t kSupport = 1;  ///< on or below a support plane
+  static constexpr std::uint8_t kNormal = 2;   ///< the normal can be relied on
+
+  float depth = 0.0f;  ///< z, m; 0 where nothing was measured
+  std::int8_t nx = 0, ny = 0, nz = 0;
+  std::uint8_t flags = 0;
+
+  [[nodiscard]] Eigen::Vector3f normal() const {
+    constexpr float kScale = 1.0f / 127.0f;
+    return {kScale * static_cast<float>(nx), kScale * static_cast<float>(ny),
+            kScale * static_cast<float>(nz)};
+  }
+};
+
+/// Pinhole projection in single precision.
+struct Projection {
+  int width = 0;
+  int height = 0;
+  float fx = 0.0f, fy = 0.0f, cx = 0.0f, cy = 0.0f;
+
+  /// The index of the pixel that sees `p`, or -1.
+  [[nodiscard]] int pixel(const Eigen::Vector3f& p) const noexcept {
+    if (!(p.z() > 0.0f)) return -1;
+    const float inverse = 1.0f / p.z();
+    const float u = fx * p.x() * inverse + cx + 0.5f;
+    const float v = fy * p.y() * inverse + cy + 0.5f;
+    if (!(u >= 0.0f && v >= 0.0f && u < static_cast<float>(width) &&
+          v < static_cast<float>(height))) {
+      return -1;
+    }
+    return static_cast<int>(v) * width + static_cast<int>(u);
+  }
+  [[nodiscard]] Eigen::Vector3f point(int u, int v, float depth) const noexcept {
+    return {(static_cast<float>(u) - cx) / fx * depth, (static_cast<float>(v) - cy) / fy * depth,
+            depth};
+  }
+  [[nodiscard]] Eigen::Vector3f point(int index, float depth) const noexcept {
+    return point(index % width, index / width, depth);
+  }
+};
+
+/// What the recognizer must know about models to look at a scene in the right scale.
+struct SceneScale {
+  double leaf_size = 0.0;  ///< finest leaf, m; the scene's resolution may ask for a coarser one
+  double least_plane_area = 0.0;  ///< of a support plane, m^2
+};
+
+/// The scene S in camera coordinates, prepared for Algorithm 1: range image at working resolution,
+/// octree and S*, support planes and normals. Immutable, thread-safe.
+class ObservedScene {
+ public:
+  ObservedScene(const RangeImage& image, const SceneScale& scale, int jobs, Seed seed);
+
+  [[nodiscard]] const Projection& projection() const noexcept { return projection_; }
+  [[nodiscard]] const std::vector<ScenePixel>& pixels() const noexcept { return pixels_; }
+  [[nodiscard]] const ScenePixel& pixel(int index) const {
+    return pixels_[static_cast<std::size_t>(index)];
+  }
+  /// The leaf of the octree that a pixel's point lies in, or -1.
+  [[nodiscard]] int leaf_of_pixel(int index) const {
+    return leaf_of_pixel_[static_cast<std::size_t>(index)];
+  }
+
+  [[nodiscard]] const SceneOctree& octree() const noexcept { return octree_; }
+  [[nodiscard]] const std::vector<SupportPlane>& support_planes() const noexcept { return planes_; }
+  /// The leaves off the support planes: what is sampled.
+  [[nodiscard]] const std::vector<int>& object_leaves() const noexcept { return object_leaves_; }
+  [[nodiscard]] bool on_support(int leaf) const {
+    return on_support_[static_cast<std::size_t>(leaf)] != 0;
+  }
+  /// The normal at a point of S*, towards the sensor.
+  [[nodiscard]] const Eigen::Vector3f& normal(int leaf) const {
+    return normals_[static_cast<std::size_t>(leaf)];
+  }
+  /// Whether the neighbourhood of the point is flat enough for its normal to mean something.
+  [[nodiscard]] bool normal_is_reliable(int leaf) const {
+    return reliable_[static_cast<std::size_t>(leaf)] != 0;
+  }
+
+  /// Noise of the depth along the surface normal, measured as the deviation of small patches from
+  /// planes, m.
+  [[nodiscard]] float noise() const noexcept { return noise_; }
+
+  /// Wall times of the preparation, s.
+  struct Timings {
+    double image = 0.0, octree = 0.0, planes = 0.0, normals = 0.0;
+  };
+  [[nodiscard]] const Timings& timings() const noexcept { return timings_; }
+
+ private:
+  void mark_support();
+  void estimate_normals(int jobs);
+  void fill_pixels(int jobs);
+
+  Projection projection_;
+  Timings timings_;
+  std::vector<ScenePixel> pixels_;
+  std::vector<std::int32_t> leaf_of_pixel_;
+  SceneOctree octree_;
+  std::vector<SupportPlane> planes_;
+  std::vector<int> object_leaves_;
+  std::vector<std::uint8_t> on_support_;
+  std::vector<std::uint8_t> reliable_;
+  std::vector<Eigen::Vector3f> normals_;
+  float noise_ = 0.0f;
+};
+
+}  // namespace binpick

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+#include <vector>
+
+namespace binpick {
+
+/// Calls work(i) for i in [0, count) on up to `jobs` threads. Each index owns what it writes, so
+/// results cannot depend on the number of threads. `work` must not throw.
+template <class Work>
+void parallel_for(int count, int jobs, const Work& work) {
+  const int threads = std::min(jobs, count);
+  if (threads <= 1) {
+    for (int i = 0; i < count; ++i) work(i);
+    return;
+  }
+  std::atomic<int> next{0};
+  const auto drain = [&] {
+    for (int i = next.fetch_add(1); i < count; i = next.fetch_add(1)) work(i);
+  };
+  std::vector<std::jthread> helpers;
+  helpers.reserve(static_cast<std::size_t>(threads - 1));
+  for (int t = 1; t < threads; ++t) helpers.emplace_back(drain);
+  drain();
+}
+
+/// As parallel_for, over [0, size) in chunks: work(chunk, begin, end).
+template <class Work>
+void parallel_chunks(int size, int chunk_size, int jobs, const Work& work) {
+  const int chunks = (size + chunk_size - 1) / chunk_size;
+  parallel_for(chunks, jobs, [&](int chunk) {
+    const int begin = chunk * chunk_size;
+    work(chunk, begin, std::min(size, begin + chunk_size));
+  });
+}
+
+}  // namespace binpick

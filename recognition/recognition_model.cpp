@@ -1,0 +1,278 @@
+#include "recognition/recognition_model.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "models/errors.h"
+#include "recognition/surface_sampling.h"
+
+namespace binpick {
+namespace {
+
+constexpr std::size_t kTestPoints = 512;
+constexpr std::size_t kSurfaceSamples = 60000;
+constexpr float kPairPointsPerDiameter = 18.0f;
+constexpr float kDensePointsPerDiameter = 50.0f;
+constexpr std::size_t kMostRenderTriangles = 12000;
+
+std::vector<Eigen::Vector3f> directions() {
+  std::vector<Eigen::Vector3f> all;
+  for (int x = -2; x <= 2; ++x) {
+    for (int y = -2; y <= 2; ++y) {
+      for (int z = -2; z <= 2; ++z) {
+        if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2) {
+          all.push_back(Eigen::Vector3f(float(x), float(y), float(z)).normalized());
+        }
+      }
+    }
+  }
+  return all;
+}
+
+/// The farthest point in each of many directions.
+std::vector<Eigen::Vector3f> extreme_points(const std::vector<OrientedPoint>& points) {
+  std::vector<Eigen::Vector3f> extremes;
+  for (const Eigen::Vector3f& direction : directions()) {
+    const auto farthest = std::max_element(points.begin(), points.end(),
+                                           [&](const OrientedPoint& a, const OrientedPoint& b) {
+                                             return a.p.dot(direction) < b.p.dot(direction);
+                                           });
+    const bool known = std::any_of(extremes.begin(), extremes.end(),
+                                   [&](const auto& p) { return p == farthest->p; });
+    if (!known) extremes.push_back(farthest->p);
+  }
+  return extremes;
+}
+
+/// The sides of the box along the principal axes, longest first.
+Eigen::Vector3f fitted_box(const std::vector<OrientedPoint>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const OrientedPoint& point : points) mean += point.p.cast<double>();
+  mean /= static_cast<double>(points.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const OrientedPoint& point : points) {
+    const Eigen::Vector3d d = point.p.cast<double>() - mean;
+    covariance += d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const Eigen::Matrix3f axes = solver.eigenvectors().cast<float>();
+  // Principal axes of a near-square shape are arbitrary within the square; the model's own axes
+  // often fit better. The smaller box counts.
+  const auto box_along = [&](const Eigen::Matrix3f& frame) {
+    Eigen::AlignedBox3f box;
+    for (const OrientedPoint& point : points) box.extend(frame.transpose() * point.p);
+    return Eigen::Vector3f(box.sizes());
+  };
+  const Eigen::Vector3f principal = box_along(axes);
+  const Eigen::Vector3f own = box_along(Eigen::Matrix3f::Identity());
+  Eigen::Vector3f sides = principal.prod() < own.prod() ? principal : own;
+  std::sort(sides.data(), sides.data() + 3, std::greater<>());
+  return sides;
+}
+
+void fill_shape(RecognitionModel& model, const std::vector<OrientedPoint>& dense) {
+  model.hull = extreme_points(dense);
+  for (const Eigen::Vector3f& a : model.hull) {
+    for (const Eigen::Vector3f& b : model.hull) {
+      model.diameter = std::max(model.diameter, (a - b).norm());
+    }
+  }
+  Eigen::AlignedBox3f box;
+  for (const OrientedPoint& point : dense) box.extend(point.p);
+  model.centre = box.center();
+  const Eigen::Vector3f sides = fitted_box(dense);
+  model.middle_extent = sides[1];
+  model.largest_face = sides[0] * sides[1];
+  model.surface = thin_out(dense, model.diameter / kPairPointsPerDiameter);
+  const std::vector<OrientedPoint> uniform =
+      thin_out(dense, model.diameter / kDensePointsPerDiameter);
+  for (const OrientedPoint& point : uniform) model.cover.push_back(point.p);
+  for (const OrientedPoint& point : spread_evenly(uniform, kTestPoints)) {
+    model.test_points.x.push_back(point.p.x());
+    model.test_points.y.push_back(point.p.y());
+    model.test_points.z.push_back(point.p.z());
+    model.test_points.nx.push_back(point.n.x());
+    model.test_points.ny.push_back(point.n.y());
+    model.test_points.nz.push_back(point.n.z());
+  }
+}
+
+void add_normals(RenderMesh& mesh) {
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  for (const auto& triangle : mesh.triangles) {
+    const auto corner = [&](std::size_t i) {
+      return mesh.vertices[static_cast<std::size_t>(triangle[i])];
+    };
+    const Eigen::Vector3f normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+    if (!(normal.norm() > 0.0f)) continue;
+    triangles.push_back(triangle);
+    mesh.normals.push_back(normal.normalized());
+  }
+  mesh.triangles = std::move(triangles);
+}
+
+/// Merges the vertices within cells of a grid: a mesh of scanner resolution holds far more
+/// triangles than an image of it has pixels.
+RenderMesh cluster_vertices(const TriangleMesh& mesh, double cell_size) {
+  struct Cluster {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int count = 0;
+    std::int32_t index = 0;
+  };
+  std::map<std::array<std::int64_t, 3>, Cluster> clusters;
+  std::vector<std::int32_t> cluster_of;
+  const auto key_of = [&](const Eigen::Vector3d& p) {
+    std::array<std::int64_t, 3> key{};
+    for (int i = 0; i < 3; ++i) {
+      key[static_cast<std::size_t>(i)] = static_cast<std::int64_t>(std::floor(p[i] / cell_size));
+    }
+    return key;
+  };
+  for (const Eigen::Vector3d& p : mesh.vertices) {
+    Cluster& cluster = clusters[key_of(p)];
+    if (cluster.count == 0) cluster.index = static_cast<std::int32_t>(clusters.size()) - 1;
+    cluster.sum += p;
+    ++cluster.count;
+    cluster_of.push_back(cluster.index);
+  }
+  RenderMesh clustered;
+  clustered.vertices.resize(clusters.size());
+  for (const auto& [key, cluster] : clusters) {
+    clustered.vertices[static_cast<std::size_t>(cluster.index)] =
+        (cluster.sum / cluster.count).cast<float>();
+  }
+  for (const auto& triangle : mesh.triangles) {
+    const std::int32_t a = cluster_of[static_cast<std::size_t>(triangle[0])];
+    const std::int32_t b = cluster_of[static_cast<std::size_t>(triangle[1])];
+    const std::int32_t c = cluster_of[static_cast<std::size_t>(triangle[2])];
+    if (a != b && b != c && c != a) clustered.triangles.push_back({a, b, c});
+  }
+  return clustered;
+}
+
+RenderMesh make_render_mesh(const TriangleMesh& mesh, float diameter) {
+  RenderMesh render;
+  if (mesh.triangles.size() > kMostRenderTriangles) {
+    render = cluster_vertices(mesh, diameter / 60.0);
+  } else {
+    for (const Eigen::Vector3d& p : mesh.vertices) render.vertices.push_back(p.cast<float>());
+    render.triangles = mesh.triangles;
+  }
+  add_normals(render);
+  return render;
+}
+
+/// Overlapping square tiles in the tangent planes: a surface for a cloud that has none.
+RenderMesh make_tiles(const std::vector<OrientedPoint>& points, float spacing) {
+  RenderMesh tiles;
+  for (const OrientedPoint& point : points) {
+    const Eigen::Vector3f a = 0.75f * spacing * point.n.unitOrthogonal();
+    const Eigen::Vector3f b = point.n.cross(a);
+    const auto first = static_cast<std::int32_t>(tiles.vertices.size());
+    tiles.vertices.insert(tiles.vertices.end(),
+                          {point.p - a - b, point.p + a - b, point.p + a + b, point.p - a + b});
+    tiles.triangles.push_back({first, first + 1, first + 2});
+    tiles.triangles.push_back({first, first + 2, first + 3});
+  }
+  add_normals(tiles);
+  return tiles;
+}
+
+std::vector<Eigen::Isometry3d> with_identity_first(
+    const std::vector<Eigen::Isometry3d>& symmetries) {
+  std::vector<Eigen::Isometry3d> all = {Eigen::Isometry3d::Identity()};
+  for (const Eigen::Isometry3d& symmetry : symmetries) {
+    if (!symmetry.isApprox(Eigen::Isometry3d::Identity(), 1e-9)) all.push_back(symmetry);
+  }
+  return all;
+}
+
+/// The sign of the enclosed volume tells an inside-out mesh; an open one keeps its orientation.
+bool is_inside_out(const TriangleMesh& mesh, const Eigen::Vector3d& centre) {
+  double volume = 0.0;
+  for (const auto& t : mesh.triangles) {
+    const auto corner = [&](std::size_t i) {
+      return Eigen::Vector3d(mesh.vertices[static_cast<std::size_t>(t[i])] - centre);
+    };
+    volume += corner(0).dot(corner(1).cross(corner(2)));
+  }
+  return volume < 0.0;
+}
+
+struct FinitePoints {
+  Eigen::AlignedBox3f box;
+  std::vector<Eigen::Vector3f> points;
+  std::vector<Eigen::Vector3f> normals;
+};
+
+FinitePoints finite_points(const PointCloud& cloud) {
+  FinitePoints extent;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (!cloud.points[i].allFinite()) continue;
+    if (cloud.has_normals() && !(cloud.normals[i].norm() > 0.5f)) continue;
+    extent.box.extend(cloud.points[i]);
+    extent.points.push_back(cloud.points[i]);
+    if (cloud.has_normals()) extent.normals.push_back(cloud.normals[i].normalized());
+  }
+  return extent;
+}
+
+}  // namespace
+
+RecognitionModel make_recognition_model(const std::string& name, const TriangleMesh& source,
+                                        const std::vector<Eigen::Isometry3d>& symmetries) {
+  TriangleMesh mesh = source;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : mesh.vertices) box.extend(p);
+  if (mesh.triangles.empty() || !(surface_area(mesh) > 0.0) || !box.sizes().allFinite()) {
+    throw InputError(
+        fmt::format("model {}: the mesh has no surface; give one with triangles", name));
+  }
+  if (is_inside_out(mesh, box.center())) {
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  }
+  RecognitionModel model;
+  model.name = name;
+  model.symmetries = with_identity_first(symmetries);
+  fill_shape(model, sample_evenly(mesh, kSurfaceSamples));
+  model.area = static_cast<float>(surface_area(mesh));
+  model.render_mesh = make_render_mesh(mesh, model.diameter);
+  return model;
+}
+
+RecognitionModel make_recognition_model(const std::string& name, const PointCloud& cloud,
+                                        const std::vector<Eigen::Isometry3d>& symmetries) {
+  FinitePoints extent = finite_points(cloud);
+  const float diagonal = extent.points.empty() ? 0.0f : extent.box.diagonal().norm();
+  if (extent.points.size() < 10 || !(diagonal > 0.0f)) {
+    throw InputError(fmt::format(
+        "model {}: the cloud has {} usable points and {} m of extent; give a denser one", name,
+        extent.points.size(), diagonal));
+  }
+  if (extent.normals.empty()) {
+    const bool about_origin = extent.box.contains(Eigen::Vector3f::Zero());
+    const Eigen::Vector3f reference =
+        about_origin ? Eigen::Vector3f(extent.box.center()) : Eigen::Vector3f(0.0f, 0.0f, 0.0f);
+    extent.normals = estimate_normals(extent.points, diagonal / 30.0f, reference, about_origin);
+  }
+  std::vector<OrientedPoint> points;
+  for (std::size_t i = 0; i < extent.points.size(); ++i) {
+    points.push_back({extent.points[i], extent.normals[i]});
+  }
+  RecognitionModel model;
+  model.name = name;
+  model.symmetries = with_identity_first(symmetries);
+  fill_shape(model, points);
+  // Every kept point stands for a hexagonal cell of the spacing at which it was kept.
+  const float spacing = model.diameter / kDensePointsPerDiameter;
+  const std::vector<OrientedPoint> uniform = thin_out(points, spacing);
+  model.area = 1.3f * spacing * spacing * static_cast<float>(uniform.size());
+  model.render_mesh = make_tiles(uniform, 1.3f * spacing);
+  return model;
+}
+
+}  // namespace binpick

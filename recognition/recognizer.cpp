@@ -1,0 +1,375 @@
+#include "recognition/recognizer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "models/errors.h"
+#include "recognition/acceptance_function.h"
+#include "recognition/candidate_pool.h"
+#include "recognition/cloud_projection.h"
+#include "recognition/conflict_graph.h"
+#include "recognition/iteration_count.h"
+#include "recognition/observed_scene.h"
+#include "recognition/parallel_for.h"
+#include "recognition/pose_refinement.h"
+#include "recognition/stopwatch.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
+constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
+constexpr int kMostRounds = 5;             // of sampling, default setting
+constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
+constexpr int kIterationsPerChunk = 16;
+
+/// Accepts (M, T) or not; the accepted one comes back with its score.
+using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;
+
+/// One run of Algorithm 1 on one scene.
+class Run {
+ public:
+  Run(const ModelLibrary& library, const RecognizerOptions& options, const RangeImage& image,
+      Seed seed)
+      : library_(library),
+        options_(options),
+        seed_(seed),
+        scene_(image, scale(), options.jobs, derive_seed(seed, "support planes")) {
+    const ObservedScene::Timings& prepared = scene_.timings();
+    result_.timings = {{"range_image", prepared.image},
+                       {"octree", prepared.octree},
+                       {"support_plane", prepared.planes},
+                       {"normals", prepared.normals},
+                       {"generate_and_test", 0.0},
+                       {"verify", 0.0},
+                       {"select", 0.0},
+                       {"refine", 0.0}};
+    result_.support_planes = scene_.support_planes();
+    result_.counters.scene_points = scene_.octree().size();
+    result_.counters.sampled_points = static_cast<int>(scene_.object_leaves().size());
+  }
+
+  RecognitionResult recognize() {
+    if (scene_.object_leaves().empty()) {
+      result_.note = scene_.octree().size() == 0 ? "the scene is empty"
+                                                 : "nothing but support planes in the scene";
+    } else if (options_.setting == RecognizerSetting::kPaper) {
+      recognize_as_printed();
+    } else {
+      recognize_in_rounds();
+    }
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] SceneScale scale() const {
+    double face = 0.0;
+    for (const RecognitionModel& model : library_.models()) {
+      face = std::max(face, static_cast<double>(model.largest_face));
+    }
+    return {library_.leaf_size(), kPlaneAreaPerFace * face};
+  }
+
+  void add_time(const char* stage, double seconds) {
+    for (StageTiming& timing : result_.timings) {
+      if (timing.stage == stage) timing.seconds += seconds;
+    }
+  }
+
+  /// Line 3 of Algorithm 1. The least instance to be found shows a share V of the smallest surface.
+  [[nodiscard]] int compute_iterations() const {
+    const double leaf_area = std::pow(static_cast<double>(scene_.octree().leaf_size()), 2);
+    double smallest = library_.models().front().area;
+    for (const RecognitionModel& model : library_.models()) {
+      smallest = std::min(smallest, static_cast<double>(model.area));
+    }
+    SamplingOdds odds;
+    odds.scene_points = static_cast<double>(scene_.object_leaves().size());
+    odds.instance_points = std::max(options_.visibility * smallest / leaf_area, 1.0);
+    odds.kept_fraction = std::max(library_.pairs().kept_fraction(), 1e-3);
+    odds.same_object_share = options_.same_object_share;
+    odds.success_probability = options_.success_probability;
+    return static_cast<int>(std::min(iteration_count(odds), double{kMostIterations}));
+  }
+
+  /// Lines 4-20 of Algorithm 1: draws pairs with p_u from `sampled` (leaves of S*) and returns the
+  /// solution list. Iterations are independent and own their random numbers by index.
+  std::vector<Hypothesis> generate_and_test(const std::vector<int>& sampled, int iterations,
+                                            Seed seed, const Mu& mu);
+
+  /// Lines 5-8: an oriented scene point pair (u, v), if the shell round p_u is not empty.
+  [[nodiscard]] std::optional<std::pair<OrientedPoint, OrientedPoint>> sample_pair(
+      const std::vector<int>& sampled, Random& random, std::vector<int>& shell) const;
+
+  [[nodiscard]] OrientedPoint oriented_point(int leaf) const {
+    return {scene_.octree().point(leaf), scene_.normal(leaf)};
+  }
+
+  void recognize_as_printed();
+  void recognize_in_rounds();
+  [[nodiscard]] std::vector<int> explained_by(const Hypothesis& hypothesis) const;
+  void report(int model, const Eigen::Isometry3d& T_camera_model, int explained_points);
+
+  const ModelLibrary& library_;
+  const RecognizerOptions& options_;
+  const Seed seed_;
+  ObservedScene scene_;
+  RecognitionResult result_;
+};
+
+std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
+    const std::vector<int>& sampled, Random& random, std::vector<int>& shell) const {
+  const bool is_default = options_.setting == RecognizerSetting::kDefault;
+  // 3) sampling
+  const int leaf_u = sampled[random.index(sampled.size())];  // line 5
+  const auto d = static_cast<float>(library_.pair_width());
+  const auto delta_d =
+      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size());
+  scene_.octree().shell(scene_.octree().point(leaf_u), d, delta_d, shell);  // line 6
+  std::erase_if(shell, [&](int leaf) {
+    return scene_.on_support(leaf) || (is_default && !scene_.normal_is_reliable(leaf));
+  });
+  if (shell.empty()) return std::nullopt;
+  const OrientedPoint u = oriented_point(leaf_u);
+  // A coplanar pair tells nothing (default setting): another p_v may.
+  const int draws = is_default ? 4 : 1;
+  for (int i = 0; i < draws; ++i) {
+    const int leaf_v = shell[random.index(shell.size())];  // line 7
+    // 4) normal estimation: done for all points of S* beforehand                  // line 8
+    const OrientedPoint v = oriented_point(leaf_v);
+    if (!is_default || !is_coplanar(pair_descriptor(u, v))) return std::pair{u, v};  // line 9
+  }
+  return std::nullopt;
+}
+
+std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
+                                               Seed seed, const Mu& mu) {
+  struct Chunk {
+    std::vector<Hypothesis> solutions;
+    int pairs = 0;
+    int hypotheses = 0;
+  };
+  std::vector<Chunk> chunks(
+      static_cast<std::size_t>((iterations + kIterationsPerChunk - 1) / kIterationsPerChunk));
+  parallel_chunks(iterations, kIterationsPerChunk, options_.jobs, [&](int c, int begin, int end) {
+    Chunk& chunk = chunks[static_cast<std::size_t>(c)];
+    std::vector<int> shell;
+    for (int i = begin; i < end; ++i) {  // line 4
+      Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
+      const auto pair = sample_pair(sampled, random, shell);  // lines 5-9
+      if (!pair) continue;
+      const auto F_wx = pair_frame(pair->first, pair->second);
+      if (!F_wx) continue;
+      ++chunk.pairs;
+      // 5) hash table access
+      const PairDescriptor f_uv = pair_descriptor(pair->first, pair->second);  // line 10
+      const std::uint32_t cell = PairTable::cell(f_uv);                        // line 11
+      for (std::size_t M = 0; M < library_.models().size(); ++M) {             // line 14
+        // 6) generate and test
+        for (const PairFrame& F_uv_inverse : library_.pairs().pairs(cell, M)) {  // lines 12-13
+          Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+          T.linear().noalias() = F_wx->linear() * F_uv_inverse.leftCols<3>();  // line 15
+          T.translation().noalias() = F_wx->linear() * F_uv_inverse.col(3) + F_wx->translation();
+          ++chunk.hypotheses;
+          if (auto accepted = mu(static_cast<int>(M), T)) {  // line 16
+            chunk.solutions.push_back(*accepted);            // line 17
+          }
+        }
+      }
+    }
+  });
+  std::vector<Hypothesis> solutions;
+  for (const Chunk& chunk : chunks) {
+    solutions.insert(solutions.end(), chunk.solutions.begin(), chunk.solutions.end());
+    result_.counters.pairs += chunk.pairs;
+    result_.counters.hypotheses += chunk.hypotheses;
+  }
+  result_.counters.iterations += iterations;
+  return solutions;
+}
+
+/// Algorithm 1 as printed.
+void Run::recognize_as_printed() {
+  Stopwatch watch;
+  // 1) initialization (lines 1-2): scene_ holds the octree and S*
+  // 2) number of iterations
+  const int N = compute_iterations();  // line 3
+  std::vector<ModelTolerances> tolerances;
+  for (const RecognitionModel& model : library_.models()) {
+    tolerances.push_back(tolerances_for(model, scene_.noise()));
+  }
+  const Mu mu = [&](int M, const Eigen::Isometry3f& T) -> std::optional<Hypothesis> {
+    const auto index = static_cast<std::size_t>(M);
+    const Acceptance terms =
+        evaluate_acceptance(scene_, library_.models()[index], T, tolerances[index].coarse);
+    if (!terms.accepts(options_.visibility, options_.penalty)) return std::nullopt;
+    return Hypothesis{M, T, static_cast<float>(terms.visibility)};
+  };
+  const std::vector<Hypothesis> solutions =
+      generate_and_test(scene_.object_leaves(), N, derive_seed(seed_, "pairs"), mu);
+  result_.counters.accepted = static_cast<int>(solutions.size());
+  add_time("generate_and_test", watch.lap());
+
+  // 7) removing conflicting hypotheses (line 21)
+  std::vector<ExplainedSet> explained(solutions.size());
+  parallel_for(static_cast<int>(solutions.size()), options_.jobs, [&](int i) {
+    ExplainedSet& set = explained[static_cast<std::size_t>(i)];
+    set.points = explained_by(solutions[static_cast<std::size_t>(i)]);
+    set.quality = static_cast<double>(set.points.size());
+  });
+  std::vector<int> sizes;
+  for (const ExplainedSet& set : explained) sizes.push_back(static_cast<int>(set.points.size()));
+  const std::vector<int> kept = ConflictGraph(std::move(explained)).suppress_non_maxima();
+  add_time("select", watch.lap());
+  for (const int node : kept) {
+    const auto index = static_cast<std::size_t>(node);
+    report(solutions[index].model, solutions[index].T_camera_model.cast<double>(), sizes[index]);
+  }
+  add_time("refine", watch.lap());
+}
+
+/// Algorithm 1 in rounds: what a round explains is not sampled again, and its hypotheses are
+/// clustered, aligned and verified by rendering before conflicts are removed.
+void Run::recognize_in_rounds() {
+  Stopwatch watch;
+  const auto& models = library_.models();
+  const auto V = static_cast<float>(1.2 * options_.visibility);
+  std::vector<FacingThresholds> thresholds;
+  for (const RecognitionModel& model : models) {
+    thresholds.push_back({tolerances_for(model, scene_.noise()).coarse, V, 0.2f});
+  }
+  const Mu mu = [&](int M, const Eigen::Isometry3f& T) -> std::optional<Hypothesis> {
+    const auto index = static_cast<std::size_t>(M);
+    const RecognitionModel& model = models[index];
+    if (sinks_into_support(scene_, model, T, 0.05f * model.diameter)) return std::nullopt;
+    const auto counts = test_in_cascade(scene_, model, T, thresholds[index]);
+    if (!counts) return std::nullopt;
+    return Hypothesis{M, T, counts->score()};
+  };
+  const int iterations = (compute_iterations() + kRoundsPerCount - 1) / kRoundsPerCount;
+  CandidatePool pool(library_, scene_, options_.visibility, options_.jobs);
+  std::vector<int> sampled;
+  for (const int leaf : scene_.object_leaves()) {
+    if (scene_.normal_is_reliable(leaf)) sampled.push_back(leaf);
+  }
+  std::vector<const Candidate*> selected;
+  for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
+    const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
+    std::vector<Hypothesis> solutions = generate_and_test(sampled, iterations, seed, mu);
+    add_time("generate_and_test", watch.lap());
+    pool.add(std::move(solutions));
+    add_time("verify", watch.lap());
+    const std::size_t before = selected.size();
+    selected = pool.select();
+    for (const Candidate* candidate : selected) {
+      const std::vector<int>& explained = candidate->comparison.explained;
+      std::erase_if(sampled, [&](int leaf) {
+        return std::binary_search(explained.begin(), explained.end(), leaf);
+      });
+    }
+    add_time("select", watch.lap());
+    if (round > 0 && selected.size() == before) break;
+  }
+  result_.counters.accepted = pool.accepted();
+  result_.counters.verified = pool.verified();
+  for (const Candidate* candidate : selected) {
+    report(candidate->model, candidate->T_camera_model.cast<double>(),
+           static_cast<int>(candidate->comparison.explained.size()));
+  }
+  add_time("refine", watch.lap());
+}
+
+/// The points of S* in whose leaves the transformed model has points.
+std::vector<int> Run::explained_by(const Hypothesis& hypothesis) const {
+  std::vector<int> leaves;
+  for (const Eigen::Vector3f& p :
+       library_.models()[static_cast<std::size_t>(hypothesis.model)].cover) {
+    const int leaf = scene_.octree().leaf_at(hypothesis.T_camera_model * p);
+    if (leaf >= 0 && !scene_.on_support(leaf)) leaves.push_back(leaf);
+  }
+  std::sort(leaves.begin(), leaves.end());
+  leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+  return leaves;
+}
+
+void Run::report(int model, const Eigen::Isometry3d& T_camera_model, int explained_points) {
+  const RecognitionModel& shape = library_.models()[static_cast<std::size_t>(model)];
+  const float epsilon = tolerances_for(shape, scene_.noise()).fine;
+  Detection detection;
+  detection.model = shape.name;
+  detection.T_scene_model =
+      options_.refine ? refine_pose(scene_, shape, T_camera_model, static_cast<double>(epsilon))
+                      : T_camera_model;
+  const Acceptance terms =
+      evaluate_acceptance(scene_, shape, detection.T_scene_model.cast<float>(), epsilon);
+  detection.visibility = terms.visibility;
+  detection.penalty = terms.penalty;
+  detection.explained_points = explained_points;
+  result_.detections.push_back(detection);
+}
+
+SupportPlane moved(const SupportPlane& plane, const Eigen::Isometry3d& T) {
+  SupportPlane result = plane;
+  result.normal = T.linear() * plane.normal;
+  result.offset = plane.offset + result.normal.dot(T.translation());
+  result.centre = T * plane.centre;
+  result.axes = T.linear() * plane.axes;
+  return result;
+}
+
+}  // namespace
+
+Recognizer::Recognizer(std::shared_ptr<const ModelLibrary> library, RecognizerOptions options)
+    : library_(std::move(library)), options_(options) {
+  options_.validate();
+  if (!library_ || library_->setting() != options_.setting) {
+    throw InputError(
+        "recognizer: its setting differs from the model library's; build the library "
+        "with the same one");
+  }
+}
+
+RecognitionResult Recognizer::recognize(const RangeImage& image, Seed seed) const {
+  return recognize(image, Eigen::Isometry3d::Identity(), seed);
+}
+
+RecognitionResult Recognizer::recognize(const PointCloud& cloud, const Eigen::Vector3d& viewpoint,
+                                        Seed seed) const {
+  Stopwatch watch;
+  const ProjectedCloud projected = project_cloud(cloud, viewpoint);
+  const double projection_seconds = watch.lap();
+  RecognitionResult result = recognize(projected.image, projected.T_cloud_camera, seed);
+  result.timings.insert(result.timings.begin(), {"projection", projection_seconds});
+  result.total_seconds += projection_seconds;
+  return result;
+}
+
+RecognitionResult Recognizer::recognize(const RangeImage& image,
+                                        const Eigen::Isometry3d& T_scene_camera, Seed seed) const {
+  const CameraIntrinsics& camera = image.intrinsics;
+  if (camera.width < 0 || camera.height < 0 ||
+      image.depth.size() !=
+          static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) ||
+      (!image.depth.empty() && !(camera.fx > 0.0 && camera.fy > 0.0))) {
+    throw InputError(fmt::format(
+        "range image: {} depths do not fit {} x {} pixels of focal lengths {} and {}; check the "
+        "calibration",
+        image.depth.size(), camera.width, camera.height, camera.fx, camera.fy));
+  }
+  Stopwatch watch;
+  RecognitionResult result = Run(*library_, options_, image, seed).recognize();
+  for (Detection& detection : result.detections) {
+    detection.T_scene_model = T_scene_camera * detection.T_scene_model;
+  }
+  for (SupportPlane& plane : result.support_planes) plane = moved(plane, T_scene_camera);
+  result.total_seconds = watch.lap();
+  return result;
+}
+
+}  // namespace binpick

@@ -1,0 +1,188 @@
+#include "recognition/support_plane.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace binpick {
+namespace {
+
+using Bow = Eigen::Matrix<double, 6, 1>;
+
+Bow bow_terms(const Eigen::Vector2d& at) {
+  Bow terms;
+  terms << 1.0, at.x(), at.y(), at.x() * at.x(), at.x() * at.y(), at.y() * at.y();
+  return terms;
+}
+
+Eigen::Vector2d along_axes(const SupportPlane& plane, const Eigen::Vector3d& p) {
+  const Eigen::Vector2d at = plane.axes.transpose() * (p - plane.centre);
+  return at.cwiseMax(-plane.reach).cwiseMin(plane.reach);
+}
+
+/// Least-squares plane through `points`, towards the sensor at the origin.
+SupportPlane fit_plane(const std::vector<Eigen::Vector3d>& points) {
+  SupportPlane plane;
+  for (const Eigen::Vector3d& p : points) plane.centre += p;
+  plane.centre /= static_cast<double>(points.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : points) {
+    covariance += (p - plane.centre) * (p - plane.centre).transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  plane.normal = solver.eigenvectors().col(0);
+  if (plane.normal.dot(plane.centre) > 0.0) plane.normal = -plane.normal;
+  plane.axes.col(0) = solver.eigenvectors().col(1);
+  plane.axes.col(1) = solver.eigenvectors().col(2);
+  plane.offset = plane.normal.dot(plane.centre);
+  return plane;
+}
+
+/// Fits the bow to the heights of the plane's own points; returns their rms about it.
+double fit_bow(SupportPlane& plane, const std::vector<Eigen::Vector3d>& points) {
+  plane.reach.setZero();
+  plane.bow.setZero();
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector2d at = plane.axes.transpose() * (p - plane.centre);
+    plane.reach = plane.reach.cwiseMax(at.cwiseAbs());
+  }
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Bow right = Bow::Zero();
+  for (const Eigen::Vector3d& p : points) {
+    const Bow terms = bow_terms(along_axes(plane, p));
+    information += terms * terms.transpose();
+    right += terms * (plane.normal.dot(p) - plane.offset);
+  }
+  const Bow bow = information.ldlt().solve(right);
+  if (bow.allFinite()) plane.bow = bow;
+  double squares = 0.0;
+  for (const Eigen::Vector3d& p : points) squares += std::pow(plane.height(p), 2);
+  return std::sqrt(squares / static_cast<double>(points.size()));
+}
+
+std::vector<Eigen::Vector3d> inliers(const SupportPlane& plane,
+                                     const std::vector<Eigen::Vector3d>& points, double band) {
+  std::vector<Eigen::Vector3d> near;
+  for (const Eigen::Vector3d& p : points) {
+    if (std::abs(plane.height(p)) < band) near.push_back(p);
+  }
+  return near;
+}
+
+std::optional<SupportPlane> draw_best_plane(const std::vector<Eigen::Vector3d>& points, double band,
+                                            int samples, Seed seed) {
+  constexpr std::size_t kJudges = 1500;
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / kJudges);
+  std::optional<SupportPlane> best;
+  int most = 0;
+  for (int i = 0; i < samples; ++i) {
+    Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
+    const Eigen::Vector3d& a = points[random.index(points.size())];
+    const Eigen::Vector3d& b = points[random.index(points.size())];
+    const Eigen::Vector3d& c = points[random.index(points.size())];
+    const Eigen::Vector3d normal = (b - a).cross(c - a);
+    if (!(normal.norm() > band * band)) continue;
+    SupportPlane plane;
+    plane.normal = normal.normalized();
+    plane.offset = plane.normal.dot(a);
+    int votes = 0;
+    for (std::size_t k = 0; k < points.size(); k += stride) {
+      if (std::abs(plane.normal.dot(points[k]) - plane.offset) < band) ++votes;
+    }
+    if (votes > most) {
+      most = votes;
+      best = plane;
+    }
+  }
+  return best;
+}
+
+/// The convex outline of the plane's points as the sensor sees them (monotone chain).
+std::vector<Eigen::Vector2d> outline(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<Eigen::Vector2d> seen;
+  for (const Eigen::Vector3d& p : points) seen.emplace_back(p.x() / p.z(), p.y() / p.z());
+  std::sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  const auto turn = [](const Eigen::Vector2d& o, const Eigen::Vector2d& a,
+                       const Eigen::Vector2d& b) {
+    return (a - o).x() * (b - o).y() - (a - o).y() * (b - o).x();
+  };
+  std::vector<Eigen::Vector2d> hull;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t start = hull.size();
+    for (const Eigen::Vector2d& p : seen) {
+      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0.0) {
+        hull.pop_back();
+      }
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    std::reverse(seen.begin(), seen.end());
+  }
+  return hull;
+}
+
+bool inside(const std::vector<Eigen::Vector2d>& hull, const Eigen::Vector2d& p) {
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Eigen::Vector2d edge = hull[(i + 1) % hull.size()] - hull[i];
+    const Eigen::Vector2d to = p - hull[i];
+    if (edge.x() * to.y() - edge.y() * to.x() < 0.0) return false;
+  }
+  return hull.size() > 2;
+}
+
+/// Share of points, relative to those of the plane, that the sensor sees through the plane.
+double share_behind(const SupportPlane& plane, const std::vector<Eigen::Vector3d>& on_plane,
+                    const std::vector<Eigen::Vector3d>& points) {
+  const std::vector<Eigen::Vector2d> hull = outline(on_plane);
+  std::size_t behind = 0;
+  for (const Eigen::Vector3d& p : points) {
+    if (plane.height(p) < -3.0 * plane.tolerance && inside(hull, {p.x() / p.z(), p.y() / p.z()})) {
+      ++behind;
+    }
+  }
+  return static_cast<double>(behind) / static_cast<double>(on_plane.size());
+}
+
+}  // namespace
+
+double SupportPlane::height(const Eigen::Vector3d& p) const {
+  return normal.dot(p) - offset - bow.dot(bow_terms(along_axes(*this, p)));
+}
+
+std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
+                                              const SupportPlaneOptions& options, Seed seed) {
+  const double leaf = octree.leaf_size();
+  std::vector<Eigen::Vector3d> all;
+  for (const Eigen::Vector3f& p : octree.points()) all.push_back(p.cast<double>());
+  std::vector<Eigen::Vector3d> rest = all;
+  std::vector<SupportPlane> planes;
+  // A plane crosses between one and sqrt(3) leaves per leaf area; 1.3 is typical.
+  const double least_points = 1.3 * options.least_area / (leaf * leaf);
+  for (int i = 0; i < options.most_planes; ++i) {
+    if (static_cast<double>(rest.size()) < least_points) break;
+    const auto drawn = draw_best_plane(rest, 0.8 * leaf, options.samples,
+                                       derive_seed(seed, static_cast<std::uint64_t>(i)));
+    if (!drawn) break;
+    std::vector<Eigen::Vector3d> near = inliers(*drawn, rest, leaf);
+    if (static_cast<double>(near.size()) < 0.5 * least_points) break;
+    SupportPlane plane = fit_plane(near);
+    near = inliers(plane, rest, leaf);
+    plane = fit_plane(near);
+    double rms = fit_bow(plane, near);
+    near = inliers(plane, rest, std::clamp(3.0 * rms, 0.8 * leaf, 2.0 * leaf));
+    if (static_cast<double>(near.size()) < least_points) break;
+    rms = fit_bow(plane, near);
+    plane.tolerance = std::clamp(3.0 * rms, 0.8 * leaf, 3.0 * leaf);
+    if (share_behind(plane, near, all) > options.most_behind) break;
+    planes.push_back(plane);
+    std::erase_if(rest,
+                  [&](const Eigen::Vector3d& p) { return plane.height(p) < plane.tolerance; });
+  }
+  return planes;
+}
+
+}  // namespace binpick
