@@ -50,6 +50,8 @@ void check(const std::vector<JointVector>& waypoints, const JointLimits& limits,
   for (std::size_t k = 0; k < waypoints.size(); ++k) {
     for (int i = 0; i < kArmJoints; ++i) {
       const double q = waypoints[k][i];
+      // The arm may stand a little beyond a limit; it must be able to come back.
+      if (k == 0 && std::isfinite(q)) continue;
       if (!(q >= limits.lower[i] - kSamePosition && q <= limits.upper[i] + kSamePosition)) {
         throw InputError(fmt::format(
             "joint trajectory: waypoint {}, joint {}: {:.4f} rad is outside [{:.4f}, {:.4f}]", k,

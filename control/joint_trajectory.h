@@ -41,8 +41,8 @@ class JointTrajectory {
   /// Standing still at `q`.
   explicit JointTrajectory(const JointVector& q);
   /// @param waypoints at least one; the first is where the arm stands. Equal neighbours are merged.
-  /// @throws InputError for no waypoints, a waypoint that is not finite or beyond the position
-  /// limits, or options outside their ranges.
+  /// @throws InputError for no waypoints, a waypoint that is not finite or, save the first, beyond
+  /// the position limits, or options outside their ranges.
   JointTrajectory(const std::vector<JointVector>& waypoints, const JointLimits& limits,
                   const JointMotionOptions& options = {});
 
