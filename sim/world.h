@@ -1,9 +1,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <functional>
+#include <array>
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "models/robot.h"
@@ -16,18 +16,22 @@ namespace binpick {
 /// Everything that determines a world's future, bit for bit.
 struct WorldState {
   double time = 0.0;
-  std::vector<double> numbers;  ///< MuJoCo's positions, velocities, warm start, controls, mocap
+  std::vector<double> numbers;  ///< MuJoCo's positions, velocities, warm start, inputs, mocap
   GripperServo gripper;
   bool arm_held = false;
   JointVector held_position = JointVector::Zero();
+  std::vector<bool> parked;
 };
 
 /// The simulated cell: the only place that knows the truth. Steps of 1 ms. Not thread-safe; one
 /// world per thread. Results do not depend on the thread or on other worlds.
 class World {
  public:
-  /// Arm at the scene's overview pose and held there, gripper open, objects parked at their
-  /// standing poses (standing arrangement) or out of the way (pile).
+  /// Length of a step, s.
+  static constexpr double kStep = 0.001;
+
+  /// Arm held at the scene's overview pose, gripper open. A standing scene has its objects where
+  /// the scene says; a pile's objects are parked until they are dropped (pile.h).
   World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics);
 
   /// Advances by 1 ms. @throws SimulationDiverged
@@ -35,43 +39,49 @@ class World {
   [[nodiscard]] double time() const noexcept { return data_->time; }  ///< s
 
   // The arm and its gripper.
+
   /// Joint torques for the following steps, limited to the joints' efforts. Nm
   void set_arm_torques(const JointVector& tau);
   void set_gripper_command(const GripperCommand& command) { gripper_.set_command(command); }
-  /// Sensor readings without noise. Rigid joints: theta equals q; tau is what the drives put on the
-  /// links in the last step.
+  /// Sensor readings without noise. Rigid joints: theta equals q; tau is the torque that the drives
+  /// put on the links in the last step, which is what a torque sensor between drive and link reads
+  /// when no rotor inertia or friction lies between.
   [[nodiscard]] RobotState sensors() const;
-  /// Puts the arm at `q` and the jaws at `width`, at rest.
+  /// Puts the arm at `q` and the jaws at `width`, at rest; held arms stay held, there.
   void set_arm_position(const JointVector& q, double width);
   /// Holds the arm where it is (brakes closed) or lets it go. Held joints ignore torques.
   void hold_arm(bool held);
-  [[nodiscard]] Eigen::Isometry3d T_world_tcp() const;
+  [[nodiscard]] Eigen::Isometry3d T_world_tcp();
+  /// Joint torques that balance gravity and Coriolis forces in this state, tool included. Nm
+  [[nodiscard]] JointVector balancing_torques();
 
   // The truth, for the referee and for setting up.
+
   [[nodiscard]] int object_count() const noexcept;
   [[nodiscard]] const ObjectModel& object_model(int object) const;
   [[nodiscard]] Eigen::Isometry3d object_pose(int object) const;            ///< T_world_model
   [[nodiscard]] Eigen::Vector3d object_velocity(int object) const;          ///< of the origin, m/s
   [[nodiscard]] Eigen::Vector3d object_angular_velocity(int object) const;  ///< world axes, rad/s
-  /// Moves an object there, at rest.
+  /// Puts an object there, at rest, and ends its parking.
   void set_object_pose(int object, const Eigen::Isometry3d& T_world_model);
-  /// z of the object's lowest vertex, m.
+  /// Takes an object out of the cell: it floats far above, out of sight and reach.
+  void park_object(int object);
+  [[nodiscard]] bool object_parked(int object) const { return parked_[std::size_t(object)]; }
+  /// z of the object's lowest surface point, m.
   [[nodiscard]] double object_lowest_point(int object) const;
-  /// Whether both pads (or fingers) touch the object with a force.
-  [[nodiscard]] bool object_between_pads(int object) const;
-  /// Normal force of the left and right jaw on the object, N.
+  /// Normal forces of the left and right jaw (pad and finger) on the object in the last step, N.
   [[nodiscard]] std::array<double, 2> jaw_forces(int object) const;
-  /// Sum of the contact forces that the cell exerts on arm and gripper (objects included), N,
-  /// world.
-  [[nodiscard]] Eigen::Vector3d contact_force_on_robot() const;
-  /// The objects that touch table, bins or other objects rather than hang free.
+  /// Whether both jaws press on the object.
+  [[nodiscard]] bool object_between_pads(int object) const;
+  /// Whether anything but the robot touches the object.
   [[nodiscard]] bool object_supported(int object) const;
+  /// Sum of the contact forces on arm and gripper in the last step, world axes, N.
+  [[nodiscard]] Eigen::Vector3d contact_force_on_robot() const;
 
-  /// Removes the pile's frame or puts it back.
+  /// Puts the pile's frame in place or takes it away. Scenes without a frame ignore it.
   void set_frame_present(bool present);
-
-  /// An outside force at the tool centre for the following steps, world axes, N. For tests.
-  void set_tool_force(const Eigen::Vector3d& force_world);
+  /// An outside force at the origin of a body of MuJoCo's, for the following steps, world axes, N.
+  void set_body_force(int body, const Eigen::Vector3d& force_world);
 
   [[nodiscard]] WorldState save_state() const;
   /// Continues bit for bit as the world that saved `state`; same template and physics required.
@@ -82,12 +92,22 @@ class World {
   [[nodiscard]] const mjData& data() const noexcept { return *data_; }
   /// For renderers, which MuJoCo wants to hand a mutable world, and for tests.
   [[nodiscard]] mjData& mutable_data() noexcept { return *data_; }
+  /// Brings body and geom poses up to date with the positions; step() leaves them one step behind.
+  void refresh_poses();
 
  private:
   void enter_physics(const PhysicsDraw& physics);
+  [[nodiscard]] std::optional<double> pair_friction(int pair, const PhysicsDraw& physics) const;
   void place_objects();
-  void pin_arm();
+  void drive_gripper();
+  void pin();
+  void pin_object(int object);
   void check_step(double time_before) const;
+  template <class Visit>
+  void visit_state(Visit visit) const;
+  /// Calls visit(geom1, geom2, force in world axes on geom2, contact) for every contact.
+  template <class Visit>
+  void visit_contacts(Visit visit) const;
 
   std::shared_ptr<const WorldTemplate> shared_;
   MjModelPtr model_;
@@ -95,6 +115,7 @@ class World {
   GripperServo gripper_;
   bool arm_held_ = true;
   JointVector held_position_ = JointVector::Zero();
+  std::vector<bool> parked_;
 };
 
 }  // namespace binpick

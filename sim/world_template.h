@@ -37,7 +37,9 @@ struct WorldIndex {
   std::vector<int> object_body;
   std::vector<int> object_qpos;
   std::vector<int> object_dof;
-  /// Object of a geom, -1 for others.
+  static constexpr int kCell = -1;
+  static constexpr int kRobot = -2;
+  /// What each geom belongs to: an object's index, kRobot or kCell.
   std::vector<int> geom_object;
 };
 

@@ -1,0 +1,265 @@
+#include "sim/world.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/simulation_error.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kAway = 50.0;  // height of what is out of the cell, m
+
+bool all_finite(const mjtNum* values, int count) {
+  return std::all_of(values, values + count, [](mjtNum value) { return std::isfinite(value); });
+}
+
+}  // namespace
+
+World::World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics)
+    : shared_(std::move(shared)),
+      model_(mj_copyModel(nullptr, shared_->model.get())),
+      data_(mj_makeData(model_.get())),
+      gripper_(shared_->parts.gripper),
+      parked_(shared_->parts.objects.size(), true) {
+  install_mujoco_handlers();
+  enter_physics(physics);
+  mj_resetData(model_.get(), data_.get());
+  set_arm_position(shared_->parts.scene.overview, shared_->parts.gripper.stroke.high);
+  for (int i = 0; i < object_count(); ++i) park_object(i);
+  place_objects();
+  mj_forward(model_.get(), data_.get());
+}
+
+void World::enter_physics(const PhysicsDraw& physics) {
+  const WorldIndex& index = shared_->index;
+  if (physics.objects.size() != index.object_body.size()) {
+    throw std::invalid_argument("a physics draw must have one entry per object");
+  }
+  for (std::size_t i = 0; i < physics.objects.size(); ++i) {
+    const int body = index.object_body[i];
+    const double scale = physics.objects[i].mass / model_->body_mass[body];
+    model_->body_mass[body] *= scale;
+    for (int axis = 0; axis < 3; ++axis) model_->body_inertia[3 * body + axis] *= scale;
+  }
+  for (int pair = 0; pair < model_->npair; ++pair) {
+    if (const auto friction = pair_friction(pair, physics)) {
+      model_->pair_friction[5 * pair] = *friction;
+      model_->pair_friction[5 * pair + 1] = *friction;
+    }
+  }
+  mj_setConst(model_.get(), data_.get());
+}
+
+// Empty for pairs of the bare robot, which keep their friction.
+std::optional<double> World::pair_friction(int pair, const PhysicsDraw& physics) const {
+  const WorldIndex& index = shared_->index;
+  const std::array<int, 2> geoms{model_->pair_geom1[pair], model_->pair_geom2[pair]};
+  std::array<int, 2> owners{};
+  for (std::size_t i = 0; i < 2; ++i) owners[i] = index.geom_object[std::size_t(geoms[i])];
+  const int object = std::max(owners[0], owners[1]);
+  const int other = std::min(owners[0], owners[1]);
+  if (object < 0) return std::nullopt;
+  const ObjectDraw& draw = physics.objects[std::size_t(object)];
+  if (other == WorldIndex::kCell) return draw.table_friction;
+  if (other >= 0) {
+    return 0.5 * (draw.object_friction + physics.objects[std::size_t(other)].object_friction);
+  }
+  for (const int pad : index.pad_geom) {
+    if (pad == geoms[0] || pad == geoms[1]) return draw.pad_friction;
+  }
+  return std::nullopt;
+}
+
+void World::place_objects() {
+  const Scene& scene = shared_->parts.scene;
+  if (scene.arrangement != "standing") return;
+  for (std::size_t i = 0; i < scene.standing.size(); ++i) {
+    const StandingObject& object = scene.standing[i];
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = object.R_world_object();
+    T.translation().head<2>() = object.position;
+    set_object_pose(static_cast<int>(i), T);
+    T.translation().z() = -object_lowest_point(static_cast<int>(i));
+    set_object_pose(static_cast<int>(i), T);
+  }
+}
+
+void World::step() {
+  const double time_before = data_->time;
+  drive_gripper();
+  mj_step(model_.get(), data_.get());
+  check_step(time_before);
+  pin();
+}
+
+void World::drive_gripper() {
+  const WorldIndex& index = shared_->index;
+  const double width = data_->qpos[index.jaw_qpos[0]] + data_->qpos[index.jaw_qpos[1]];
+  const double rate = data_->qvel[index.jaw_dof[0]] + data_->qvel[index.jaw_dof[1]];
+  data_->ctrl[index.jaw_actuator] = gripper_.update(width, rate, kStep);
+}
+
+// MuJoCo answers NaN and huge numbers with one warning and a silent reset of the whole world.
+void World::check_step(double time_before) const {
+  for (const int warning : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL, mjWARN_BADQPOS,
+                            mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
+    if (data_->warning[warning].number > 0) {
+      throw SimulationDiverged(fmt::format("the simulation diverged at t = {:.3f} s: {}",
+                                           time_before, last_mujoco_warning()));
+    }
+  }
+  if (!(data_->time > time_before) || !all_finite(data_->qpos, model_->nq) ||
+      !all_finite(data_->qvel, model_->nv)) {
+    throw SimulationDiverged(fmt::format(
+        "the simulation diverged at t = {:.3f} s: state not finite or time lost", time_before));
+  }
+}
+
+void World::pin() {
+  if (arm_held_) {
+    for (std::size_t i = 0; i < kArmJoints; ++i) {
+      data_->qpos[shared_->index.arm_qpos[i]] = held_position_[Eigen::Index(i)];
+      data_->qvel[shared_->index.arm_dof[i]] = 0.0;
+      // The held arm's weight: with it the pinned joints hardly accelerate within a step.
+      data_->ctrl[shared_->index.arm_actuator[i]] = data_->qfrc_bias[shared_->index.arm_dof[i]];
+    }
+  }
+  for (int i = 0; i < object_count(); ++i) {
+    if (parked_[std::size_t(i)]) pin_object(i);
+  }
+}
+
+void World::pin_object(int object) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().z() = kAway + 2.0 * object;
+  set_object_pose(object, T);
+  parked_[std::size_t(object)] = true;
+}
+
+void World::set_arm_torques(const JointVector& tau) {
+  if (arm_held_) return;
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    data_->ctrl[shared_->index.arm_actuator[i]] = tau[Eigen::Index(i)];
+  }
+}
+
+RobotState World::sensors() const {
+  const WorldIndex& index = shared_->index;
+  RobotState state;
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    const auto joint = Eigen::Index(i);
+    state.joints.q[joint] = data_->qpos[index.arm_qpos[i]];
+    state.joints.qd[joint] = data_->qvel[index.arm_dof[i]];
+    state.joints.tau[joint] = data_->qfrc_actuator[index.arm_dof[i]];
+  }
+  state.joints.theta = state.joints.q;
+  state.gripper.width = data_->qpos[index.jaw_qpos[0]] + data_->qpos[index.jaw_qpos[1]];
+  state.gripper.force = gripper_.closing_force();
+  return state;
+}
+
+void World::set_arm_position(const JointVector& q, double width) {
+  const WorldIndex& index = shared_->index;
+  held_position_ = q;
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    data_->qpos[index.arm_qpos[i]] = q[Eigen::Index(i)];
+    data_->qvel[index.arm_dof[i]] = 0.0;
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    data_->qpos[index.jaw_qpos[side]] = 0.5 * width;
+    data_->qvel[index.jaw_dof[side]] = 0.0;
+  }
+  gripper_.reset(width);
+  mj_forward(model_.get(), data_.get());
+  pin();
+  mj_forward(model_.get(), data_.get());
+}
+
+void World::hold_arm(bool held) {
+  arm_held_ = held;
+  if (held) held_position_ = sensors().joints.q;
+  pin();
+}
+
+void World::refresh_poses() {
+  mj_kinematics(model_.get(), data_.get());
+  mj_camlight(model_.get(), data_.get());
+}
+
+Eigen::Isometry3d World::T_world_tcp() {
+  refresh_poses();
+  const int site = shared_->index.tcp_site;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data_->site_xmat + 9 * site);
+  T.translation() = Eigen::Map<const Eigen::Vector3d>(data_->site_xpos + 3 * site);
+  return T;
+}
+
+JointVector World::balancing_torques() {
+  mj_fwdPosition(model_.get(), data_.get());
+  mj_fwdVelocity(model_.get(), data_.get());
+  JointVector torques;
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    torques[Eigen::Index(i)] = data_->qfrc_bias[shared_->index.arm_dof[i]];
+  }
+  return torques;
+}
+
+void World::set_frame_present(bool present) {
+  const int frame = shared_->index.frame_mocap;
+  if (frame >= 0) data_->mocap_pos[3 * frame + 2] = present ? 0.0 : kAway;
+}
+
+void World::set_body_force(int body, const Eigen::Vector3d& force_world) {
+  for (int axis = 0; axis < 3; ++axis) data_->xfrc_applied[6 * body + axis] = force_world[axis];
+}
+
+// Names each array of the state once, for saving and restoring.
+template <class Visit>
+void World::visit_state(Visit visit) const {
+  visit(data_->qpos, model_->nq);
+  visit(data_->qvel, model_->nv);
+  visit(data_->act, model_->na);
+  visit(data_->qacc_warmstart, model_->nv);
+  visit(data_->ctrl, model_->nu);
+  visit(data_->qfrc_applied, model_->nv);
+  visit(data_->xfrc_applied, 6 * model_->nbody);
+  visit(data_->mocap_pos, 3 * model_->nmocap);
+  visit(data_->mocap_quat, 4 * model_->nmocap);
+  // Not inputs of a step, but read between steps: sensor torques and the held arm's weight.
+  visit(data_->qfrc_actuator, model_->nv);
+  visit(data_->qfrc_bias, model_->nv);
+}
+
+WorldState World::save_state() const {
+  WorldState state{data_->time, {}, gripper_, arm_held_, held_position_, parked_};
+  visit_state([&](const mjtNum* values, int count) {
+    state.numbers.insert(state.numbers.end(), values, values + count);
+  });
+  return state;
+}
+
+void World::restore_state(const WorldState& state) {
+  std::size_t size = 0;
+  visit_state([&](mjtNum*, int count) { size += static_cast<std::size_t>(count); });
+  if (size != state.numbers.size()) {
+    throw std::invalid_argument("the state belongs to a world of another template");
+  }
+  const double* next = state.numbers.data();
+  visit_state([&](mjtNum* values, int count) {
+    std::copy_n(next, count, values);
+    next += count;
+  });
+  data_->time = state.time;
+  gripper_ = state.gripper;
+  arm_held_ = state.arm_held;
+  held_position_ = state.held_position;
+  parked_ = state.parked;
+}
+
+}  // namespace binpick
