@@ -69,13 +69,8 @@ ShadedMesh with_corner_normals(const TriangleMesh& mesh) {
   return shaded;
 }
 
-// The six axis directions, then `count` on a Fibonacci spiral.
-std::vector<Eigen::Vector3d> plane_directions(int count) {
+std::vector<Eigen::Vector3d> spiral_directions(int count) {
   std::vector<Eigen::Vector3d> directions;
-  for (int axis = 2; axis >= 0; --axis) {
-    directions.push_back(-Eigen::Vector3d::Unit(axis));
-    directions.push_back(Eigen::Vector3d::Unit(axis));
-  }
   const double golden = M_PI * (3.0 - std::sqrt(5.0));
   for (int i = 0; i < count; ++i) {
     const double z = 1.0 - 2.0 * (i + 0.5) / count;
@@ -83,6 +78,26 @@ std::vector<Eigen::Vector3d> plane_directions(int count) {
     directions.emplace_back(radius * std::cos(golden * i), radius * std::sin(golden * i), z);
   }
   return directions;
+}
+
+using Points = std::vector<Eigen::Vector3d>;
+
+// The points that a plane coming from `direction` touches first, all within 10 um together.
+Points touched_first(const Points& points, const Eigen::Vector3d& direction) {
+  constexpr double kTogether = 1e-5;
+  double furthest = -std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& point : points) furthest = std::max(furthest, point.dot(direction));
+  Points touched;
+  for (const Eigen::Vector3d& point : points) {
+    if (point.dot(direction) > furthest - kTogether) touched.push_back(point);
+  }
+  return touched;
+}
+
+bool any_within(const Points& points, const Eigen::Vector3d& centre, double distance) {
+  return std::any_of(points.begin(), points.end(), [&](const Eigen::Vector3d& point) {
+    return (point - centre).norm() < distance;
+  });
 }
 
 }  // namespace
@@ -112,28 +127,29 @@ std::vector<char> to_msh(const TriangleMesh& mesh, bool shaded) {
 
 std::vector<Eigen::Vector3d> support_points(const std::vector<TriangleMesh>& meshes,
                                             double spacing) {
-  constexpr double kFlat = 1e-5;  // what lies this close to a plane touches it together, m
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3d& direction : plane_directions(2000)) {
-    double furthest = -std::numeric_limits<double>::infinity();
-    for (const TriangleMesh& mesh : meshes) {
-      for (const Eigen::Vector3d& vertex : mesh.vertices) {
-        furthest = std::max(furthest, vertex.dot(direction));
-      }
-    }
-    for (const TriangleMesh& mesh : meshes) {
-      for (const Eigen::Vector3d& vertex : mesh.vertices) {
-        const auto close = [&](const Eigen::Vector3d& point) {
-          return (point - vertex).norm() < spacing;
-        };
-        if (vertex.dot(direction) > furthest - kFlat &&
-            std::none_of(points.begin(), points.end(), close)) {
-          points.push_back(vertex);
-        }
+  Points vertices;
+  for (const TriangleMesh& mesh : meshes) {
+    vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  }
+  Points chosen;
+  Points in_flat_faces;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      for (const Eigen::Vector3d& vertex :
+           touched_first(vertices, sign * Eigen::Vector3d::Unit(axis))) {
+        in_flat_faces.push_back(vertex);
+        if (!any_within(chosen, vertex, 3.0 * spacing)) chosen.push_back(vertex);
       }
     }
   }
-  return points;
+  for (const Eigen::Vector3d& direction : spiral_directions(2000)) {
+    for (const Eigen::Vector3d& vertex : touched_first(vertices, direction)) {
+      if (!any_within(chosen, vertex, spacing) && !any_within(in_flat_faces, vertex, 1e-9)) {
+        chosen.push_back(vertex);
+      }
+    }
+  }
+  return chosen;
 }
 
 TriangleMesh prism(const std::vector<Eigen::Vector2d>& polygon_yz, double width) {

@@ -12,8 +12,10 @@ namespace {
 
 // Hulls touch planes through points of their surface: MuJoCo finds at most three contacts of a mesh
 // on a plane, next to each other, on which a flat base rocks. Spheres this small are points.
-constexpr double kPointRadius = 0.0005;  // m
-constexpr double kPointSpacing = 0.008;  // m
+constexpr double kPointRadius = 1e-5;    // m
+constexpr double kPointSpacing = 0.006;  // m
+// Objects with more points than this are round and roll; the others tip over their edges.
+constexpr std::size_t kMostCorners = 24;
 
 // Reflected inertia of motor and spindle per jaw: a rotor of 1e-6 kg m^2 behind a spindle of 9 mm
 // pitch, as small servo grippers have them.
@@ -379,7 +381,7 @@ class WorldWriter {
     const std::vector<Eigen::Vector3d> points = support_points(model.collision, kPointSpacing);
     const Eigen::Vector3d centre = model.physics.p_model_com;
     for (std::size_t k = 0; k < points.size(); ++k) {
-      points_.push_back({fmt::format("object{}_point{}", i, k), i});
+      points_.push_back({fmt::format("object{}_point{}", i, k), i, points.size() > kMostCorners});
       const Eigen::Vector3d inward = (centre - points[k]).normalized();
       bodies_ +=
           fmt::format("<geom name=\"{}\" type=\"sphere\" size=\"{}\" pos=\"{}\" group=\"3\"/>\n",
@@ -402,7 +404,7 @@ class WorldWriter {
       for (const std::string& wall : walls_) add_pair(wall, robot, 3);
       for (const ObjectGeom& hull : hulls_) add_pair(robot, hull.name, 3);
     }
-    for (const ObjectGeom& point : points_) add_pair("table", point.name, 3);
+    for (const ObjectGeom& point : points_) add_pair("table", point.name, point.rolls ? 6 : 3);
     for (std::size_t i = 0; i < hulls_.size(); ++i) {
       for (const std::string& wall : walls_) add_pair(wall, hulls_[i].name, 4);
       for (const char* pad : {"pad_left", "pad_right"}) add_pair(pad, hulls_[i].name, 4);
@@ -432,6 +434,7 @@ class WorldWriter {
   struct ObjectGeom {
     std::string name;
     std::size_t object;
+    bool rolls = false;
   };
 
   const WorldParts& parts_;

@@ -65,6 +65,30 @@ std::vector<int> outside_pick_region(const World& world) {
   return outside;
 }
 
+constexpr int kMostAttempts = 20;
+
+PileReport drop_once(World& world, Seed seed, int attempt) {
+  const PileRecipe& recipe = world.shared().parts.scene.pile;
+  world.hold_arm(true);
+  world.set_frame_present(true);
+  for (int i = 0; i < world.object_count(); ++i) world.park_object(i);
+  Random order_draws(derive_seed(seed, "order"));
+  for (const int object : random_order(world.object_count(), order_draws)) {
+    const Seed start = derive_seed(derive_seed(seed, "start"), static_cast<std::uint64_t>(object));
+    world.set_object_pose(object, random_start(world, object, Random(start)));
+    step_for(world, recipe.drop_interval);
+  }
+  const double last_drop = world.time() - recipe.drop_interval;
+  PileReport report;
+  report.attempts = attempt;
+  report.settled = settle(world, recipe.settle_limit);
+  world.set_frame_present(false);
+  report.settled = settle(world, recipe.settle_limit) && report.settled;
+  report.settle_time = world.time() - last_drop;
+  report.outside = outside_pick_region(world);
+  return report;
+}
+
 }  // namespace
 
 bool settle(World& world, double limit) {
@@ -90,23 +114,12 @@ bool settle(World& world, double limit) {
 }
 
 PileReport drop_pile(World& world, Seed seed) {
-  const PileRecipe& recipe = world.shared().parts.scene.pile;
-  world.hold_arm(true);
-  world.set_frame_present(true);
-  for (int i = 0; i < world.object_count(); ++i) world.park_object(i);
-  Random order_draws(derive_seed(seed, "order"));
-  for (const int object : random_order(world.object_count(), order_draws)) {
-    const Seed start = derive_seed(derive_seed(seed, "start"), static_cast<std::uint64_t>(object));
-    world.set_object_pose(object, random_start(world, object, Random(start)));
-    step_for(world, recipe.drop_interval);
-  }
-  const double last_drop = world.time() - recipe.drop_interval;
   PileReport report;
-  report.settled = settle(world, recipe.settle_limit);
-  world.set_frame_present(false);
-  report.settled = settle(world, recipe.settle_limit) && report.settled;
-  report.settle_time = world.time() - last_drop;
-  report.outside = outside_pick_region(world);
+  while (report.attempts < kMostAttempts) {
+    const Seed attempt = derive_seed(seed, static_cast<std::uint64_t>(report.attempts));
+    report = drop_once(world, attempt, report.attempts + 1);
+    if (report.settled && report.outside.empty()) break;
+  }
   return report;
 }
 
