@@ -43,7 +43,7 @@ struct GateConfig {
 
 /// An experiment as its file states it: cells (the product of the axes) times trials.
 ///
-///     experiment: table1                   # names results and seeds: [a-z0-9_-]
+///     experiment: table1                   # names results and seeds: letters, digits, _ and -
 ///     title: Blind grasps of the bottle
 ///     kind: blind_grasp
 ///     seed: 2012
@@ -70,10 +70,13 @@ struct ExperimentConfig {
   std::vector<PaperCount> paper;
   std::vector<GateConfig> gates;
 
-  /// Visits all keys. When `parameters` is null and the visitor reads, the kind is made from
-  /// `registry` as soon as its name is known.
+  /// Visits all keys. `parameters` is made from `registry` as soon as the kind's name is known.
   void visit(ConfigVisitor& visitor, const TrialKindRegistry& registry,
              std::unique_ptr<TrialKind>& parameters);
+
+ private:
+  void visit_sweep(ConfigVisitor& visitor, const TrialKindRegistry& registry,
+                   TrialKind* parameters);
 };
 
 }  // namespace binpick

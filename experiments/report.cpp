@@ -1,0 +1,304 @@
+#include "experiments/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "experiments/html.h"
+#include "experiments/report_figures.h"
+#include "experiments/reproduce_line.h"
+#include "experiments/result_export.h"
+#include "experiments/result_summary.h"
+#include "experiments/result_table.h"
+#include "experiments/write_file.h"
+
+namespace binpick {
+namespace {
+
+constexpr const char* kStyle = R"(
+:root{--ink:#1b2430;--soft:#5b6775;--line:#d9dfe6;--ground:#fff;--panel:#f5f7fa;--ours:#2f7ebc;
+--paper:#d9822b;--bad:#b3261e;--good:#1f7a3d}
+@media(prefers-color-scheme:dark){:root{--ink:#e6ebf1;--soft:#9aa7b5;--line:#33404e;
+--ground:#12181f;--panel:#1a222b;--ours:#5aa7e0;--paper:#f0a04b;--bad:#ff8a80;--good:#6fcf97}}
+*{box-sizing:border-box}
+body{margin:0 auto;max-width:72rem;padding:2rem 1.2rem 4rem;background:var(--ground);
+color:var(--ink);font:16px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",sans-serif}
+h1{font-size:1.7rem;line-height:1.25;margin:0 0 .3rem}
+h2{font-size:1.15rem;margin:2.4rem 0 .7rem;padding-bottom:.25rem;border-bottom:1px solid var(--line)}
+p.lead{color:var(--soft);margin:.2rem 0 0}
+.wide{overflow-x:auto}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums}
+th,td{padding:.28rem .7rem;text-align:right;white-space:nowrap;border-bottom:1px solid var(--line)}
+th{font-weight:600;color:var(--soft);font-size:.87rem}
+td.text,th.text{text-align:left}
+td.note{white-space:normal;text-align:left;min-width:14rem}
+svg.bar{display:block}
+svg .grid{stroke:var(--line)}
+svg .ours{fill:var(--ours)}
+svg .whisker{stroke:var(--ink);stroke-width:1.6}
+svg .paper{fill:var(--paper);stroke:var(--ground)}
+svg text{fill:var(--soft);font-size:10px}
+.good{color:var(--good)}.bad{color:var(--bad);font-weight:600}
+code,pre{font:.84rem/1.45 ui-monospace,"SF Mono",Menlo,Consolas,monospace}
+pre{background:var(--panel);padding:1rem;overflow-x:auto;border-radius:.4rem}
+details{margin:.4rem 0}summary{cursor:pointer}
+td code{background:var(--panel);padding:.1rem .35rem;border-radius:.25rem;user-select:all}
+ul{padding-left:1.2rem}
+@media print{body{max-width:none;padding:0}details{break-inside:avoid}h2{break-after:avoid}}
+)";
+
+/// How strongly a share of trials colours its field.
+std::string heat(std::int64_t count, std::int64_t total) {
+  if (count == 0) return "";
+  const double share = static_cast<double>(count) / static_cast<double>(total);
+  return fmt::format(" style=\"background:color-mix(in srgb,var(--paper) {:.0f}%,transparent)\"",
+                     15.0 + 60.0 * share);
+}
+
+std::string counts(const Proportion& proportion) {
+  return fmt::format("{}/{}", proportion.successes, proportion.trials);
+}
+
+class ReportPage {
+ public:
+  ReportPage(const Experiment& experiment, const RunResults& results, const std::string& folder)
+      : experiment_(experiment),
+        results_(results),
+        trials_(trials_of(experiment, results.trials)),
+        summary_(summarize(experiment, results.trials)),
+        folder_(folder) {}
+
+  std::string html() {
+    add_head();
+    add_table();
+    add_statements();
+    add_outcomes();
+    add_measures();
+    add_failures();
+    add_origin();
+    return html_ + "</body>\n</html>\n";
+  }
+
+ private:
+  [[nodiscard]] bool has_paper() const {
+    return std::any_of(summary_.cells.begin(), summary_.cells.end(),
+                       [](const CellSummary& cell) { return cell.paper.has_value(); });
+  }
+
+  void add_head() {
+    const ExperimentConfig& config = experiment_.config();
+    const std::string title = html_escape(config.title.empty() ? config.name : config.title);
+    html_ = fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
+        "<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n",
+        title, kStyle);
+    html_ += fmt::format(
+        "<p class=\"lead\">{} of {} trials in {} cells, seed {}: {} succeeded "
+        "({}, 95 % interval {}).</p>\n",
+        summary_.pooled.trials, summary_.expected_trials, experiment_.cells().size(), config.seed,
+        summary_.pooled.successes, percent_text(summary_.pooled.rate()),
+        interval_text(wilson_interval(summary_.pooled)));
+    if (!results_.conflicts.empty()) {
+      html_ += fmt::format(
+          "<p class=\"bad\">{} trials have two different records: these results "
+          "are not reproducible.</p>\n",
+          results_.conflicts.size());
+    }
+  }
+
+  void add_table_header() {
+    const auto axis = column_axis(experiment_.config());
+    html_ += "<tr>";
+    for (std::size_t i = 0; i < experiment_.config().axes.size(); ++i) {
+      if (i != axis) html_ += th(experiment_.config().axes[i].name);
+    }
+    for (const ColumnSummary& column : summary_.columns) {
+      const std::string name =
+          axis ? experiment_.config().axes[*axis].name + " " + column.label : "ours";
+      html_ += th(name) + th("%") + th("95 % interval");
+      html_ += "<th class=\"text\">" + rate_legend_svg(has_paper()) + "</th>";
+      if (has_paper()) html_ += th("p (Fisher)");
+    }
+    if (has_paper()) html_ += th("paper") + th("%");
+    html_ += "</tr>\n";
+  }
+
+  void add_cell(const CellSummary& cell) {
+    const bool any = cell.ours.trials > 0;
+    html_ += td(counts(cell.ours));
+    html_ += td(any ? fmt::format("{:.1f}", 100.0 * cell.ours.rate()) : "");
+    html_ += td(any ? interval_text(cell.interval) : "");
+    html_ += "<td class=\"text\">" + rate_bar_svg(cell) + "</td>";
+    if (!has_paper()) return;
+    const bool fits = !cell.paper_p || *cell.paper_p >= 0.05;
+    html_ += fmt::format("<td class=\"{}\">{}</td>", fits ? "good" : "bad",
+                         cell.paper_p ? fmt::format("{:.2g}", *cell.paper_p) : "");
+  }
+
+  void add_table() {
+    html_ += "<h2>Success rates</h2>\n<div class=\"wide\"><table>\n";
+    add_table_header();
+    const auto axis = column_axis(experiment_.config());
+    for (std::size_t row = 0; row < summary_.columns.front().cells.size(); ++row) {
+      const Cell& first = experiment_.cells()[summary_.columns.front().cells[row]];
+      html_ += "<tr>";
+      for (std::size_t i = 0; i < first.values.size(); ++i) {
+        if (i != axis) html_ += td(experiment_.config().axes[i].label(first.values[i]));
+      }
+      for (const ColumnSummary& column : summary_.columns) {
+        add_cell(summary_.cells[column.cells[row]]);
+      }
+      if (const auto& paper = summary_.cells[first.index].paper) {
+        html_ += td(counts(*paper)) + td(fmt::format("{:.0f}", 100.0 * paper->rate()));
+      }
+      html_ += "</tr>\n";
+    }
+    html_ += "</table></div>\n";
+  }
+
+  void add_statements() {
+    html_ += "<h2>What the table supports</h2>\n<ul>\n";
+    for (const std::string& statement : table_statements(experiment_, summary_)) {
+      html_ += "<li>" + html_escape(statement) + "</li>\n";
+    }
+    for (const GateResult& gate : summary_.gates) {
+      html_ += fmt::format("<li class=\"{}\">gate {}: {} = {} {}, demanded {}: {}</li>\n",
+                           gate.passed ? "good" : "bad", gate.passed ? "passed" : "failed",
+                           counts(gate.ours), percent_text(gate.ours.rate()),
+                           interval_text(gate.interval), percent_text(gate.minimum_rate),
+                           html_escape(gate.cell));
+    }
+    html_ += "</ul>\n";
+  }
+
+  [[nodiscard]] std::int64_t count_of(TrialOutcome outcome, TrialStage stage) const {
+    for (const OutcomeCount& each : summary_.outcomes) {
+      if (each.outcome == outcome && each.stage == stage) return each.count;
+    }
+    return 0;
+  }
+
+  void add_outcomes() {
+    html_ += "<h2>How trials ended, and at which stage</h2>\n<div class=\"wide\"><table>\n<tr>" +
+             th("outcome", true);
+    for (const TrialStage stage : kTrialStages) html_ += th(std::string(to_text(stage)));
+    html_ += th("all") + "</tr>\n";
+    for (const TrialOutcome outcome : kTrialOutcomes) {
+      std::string row;
+      std::int64_t sum = 0;
+      for (const TrialStage stage : kTrialStages) {
+        const std::int64_t count = count_of(outcome, stage);
+        sum += count;
+        const std::string colour =
+            outcome == TrialOutcome::kSuccess ? "" : heat(count, summary_.pooled.trials);
+        row += fmt::format("<td{}>{}</td>", colour, count == 0 ? "" : fmt::format("{}", count));
+      }
+      if (sum == 0) continue;
+      html_ += fmt::format("<tr><td class=\"text\">{}</td>{}<td>{}</td></tr>\n", to_text(outcome),
+                           row, sum);
+    }
+    html_ += "</table></div>\n";
+  }
+
+  void add_measures() {
+    std::map<std::string, std::vector<double>> measures;
+    for (const auto& [key, trial] : trials_) {
+      for (const auto& [name, value] : trial.record.measures) measures[name].push_back(value);
+    }
+    if (measures.empty()) return;
+    html_ += "<h2>Measures over all trials</h2>\n<div class=\"wide\"><table>\n<tr>" +
+             th("measure", true) + th("trials") + th("lowest") + th("median") + th("highest") +
+             "</tr>\n";
+    for (auto& [name, values] : measures) {
+      std::sort(values.begin(), values.end());
+      html_ += fmt::format(
+          "<tr><td class=\"text\">{}</td><td>{}</td><td>{:.4g}</td><td>{:.4g}</td>"
+          "<td>{:.4g}</td></tr>\n",
+          html_escape(name), values.size(), values.front(), values[values.size() / 2],
+          values.back());
+    }
+    html_ += "</table></div>\n";
+  }
+
+  void add_failures() {
+    html_ += "<h2>Failed trials</h2>\n";
+    if (summary_.pooled.successes == summary_.pooled.trials) html_ += "<p>None.</p>\n";
+    for (const Cell& cell : experiment_.cells()) {
+      const Proportion& ours = summary_.cells[cell.index].ours;
+      if (ours.successes == ours.trials) continue;
+      html_ +=
+          fmt::format("<details><summary>{}: {} of {}</summary>\n<div class=\"wide\"><table>\n",
+                      html_escape(cell.key), ours.trials - ours.successes, ours.trials);
+      html_ += "<tr>" + th("trial") + th("outcome", true) + th("stage", true) + th("note", true) +
+               th("reproduce", true) + "</tr>\n";
+      const auto last = trials_.lower_bound({cell.key, experiment_.config().trials});
+      for (auto each = trials_.lower_bound({cell.key, 0}); each != last; ++each) {
+        add_failure(each->first, each->second.record);
+      }
+      html_ += "</table></div></details>\n";
+    }
+  }
+
+  void add_failure(const TrialKey& key, const TrialRecord& record) {
+    if (record.outcome == TrialOutcome::kSuccess) return;
+    html_ += fmt::format(
+        "<tr><td>{}</td><td class=\"text\">{}</td><td class=\"text\">{}</td>"
+        "<td class=\"note\">{}</td><td class=\"text\"><code>{}</code></td></tr>\n",
+        key.trial, to_text(record.outcome), to_text(record.stage), html_escape(record.note),
+        html_escape(reproduce_line(folder_, key)));
+  }
+
+  void add_origin() {
+    const RunManifest& manifest = results_.manifest;
+    html_ += "<h2>Effective configuration</h2>\n<pre>" + html_escape(experiment_.effective_yaml()) +
+             "</pre>\n<h2>Origin</h2>\n<div class=\"wide\"><table>\n";
+    const std::array<std::pair<const char*, std::string>, 7> rows{{
+        {"binpick", manifest.program},
+        {"build", manifest.build},
+        {"protocol version", manifest.protocol},
+        {"configuration", manifest.config},
+        {"input files", manifest.inputs},
+        {"relative paths start at", manifest.directory},
+        {"processor class", results_.cpu},
+    }};
+    for (const auto& [name, value] : rows) {
+      html_ += fmt::format(
+          "<tr><td class=\"text\">{}</td><td class=\"text\"><code>{}</code></td>"
+          "</tr>\n",
+          name, html_escape(value));
+    }
+    html_ += "</table></div>\n";
+  }
+
+  static std::string th(const std::string& text, bool left = false) {
+    return fmt::format("<th{}>{}</th>", left ? " class=\"text\"" : "", html_escape(text));
+  }
+  static std::string td(const std::string& text) { return "<td>" + html_escape(text) + "</td>"; }
+
+  const Experiment& experiment_;
+  const RunResults& results_;
+  TrialTable trials_;
+  ResultSummary summary_;
+  std::string folder_;
+  std::string html_;
+};
+
+}  // namespace
+
+std::string report_html(const Experiment& experiment, const RunResults& results,
+                        const std::string& folder) {
+  return ReportPage(experiment, results, folder).html();
+}
+
+std::filesystem::path write_report(const ResultFolder& folder, const Experiment& experiment,
+                                   const RunResults& results) {
+  const std::filesystem::path page = folder.path() / "report.html";
+  write_file(folder.path() / "trials.csv", results_to_csv(experiment, results));
+  write_file(folder.path() / "trials.json", results_to_json(experiment, results));
+  write_file(page, report_html(experiment, results, folder.path().string()));
+  return page;
+}
+
+}  // namespace binpick

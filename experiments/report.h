@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "experiments/experiment.h"
+#include "experiments/result_folder.h"
+
+namespace binpick {
+
+/// The report as one self-contained HTML page: tables and bars with intervals beside the paper's,
+/// failures by outcome and stage, every failed trial with the command that reproduces it, the
+/// effective configuration, the manifest. `folder` is the path that those commands name.
+/// A pure function of its arguments.
+[[nodiscard]] std::string report_html(const Experiment& experiment, const RunResults& results,
+                                      const std::string& folder);
+
+/// Writes `report.html`, `trials.csv` and `trials.json` into the folder.
+/// @return the path of the report.
+std::filesystem::path write_report(const ResultFolder& folder, const Experiment& experiment,
+                                   const RunResults& results);
+
+}  // namespace binpick

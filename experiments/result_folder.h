@@ -1,0 +1,56 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/experiment.h"
+#include "experiments/line_pipe.h"
+#include "experiments/result_store.h"
+#include "experiments/shard.h"
+
+namespace binpick {
+
+/// The results of one or more stores of the same run.
+struct RunResults {
+  RunManifest manifest;
+  TrialTable trials;
+  /// Keys under which the stores hold different records: a failure of reproducibility.
+  std::vector<TrialKey> conflicts;
+  /// The processor classes that took part, sorted and joined.
+  std::string cpu;
+};
+
+/// Reads and joins stores, in any order with the same result.
+/// @throws InputError when there are none, or when they are not of one run and configuration.
+[[nodiscard]] RunResults read_results(const std::vector<std::filesystem::path>& stores);
+
+/// A folder of results: `config.yaml`, `trials.sqlite` (of a shard, `trials-i-of-n.sqlite`), and
+/// what is made of them: `trials.csv`, `trials.json`, `report.html`.
+class ResultFolder {
+ public:
+  explicit ResultFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  /// results/<experiment>-<hash of the effective configuration>, below the working folder.
+  [[nodiscard]] static std::filesystem::path default_path(const Experiment& experiment);
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// The stores that are here, sorted.
+  [[nodiscard]] std::vector<std::filesystem::path> stores() const;
+  [[nodiscard]] std::filesystem::path store_of(const std::optional<Shard>& shard) const;
+  /// @throws InputError unless there is at least one store.
+  [[nodiscard]] RunResults read() const;
+
+  /// Makes the folder and keeps other runs from writing this shard's store.
+  /// @throws InputError when another run is at it, IoError when the folder cannot be written.
+  [[nodiscard]] FileDescriptor lock(const std::optional<Shard>& shard) const;
+  /// Is a run writing here now?
+  [[nodiscard]] bool busy() const;
+  /// Removes this shard's store, or without a shard all stores, and what was made of them.
+  void clear(const std::optional<Shard>& shard) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace binpick

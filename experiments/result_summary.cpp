@@ -1,0 +1,177 @@
+#include "experiments/result_summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace binpick {
+namespace {
+
+/// Trials of one cell: does trial i exist, and did it succeed?
+using CellTrials = std::map<std::int64_t, bool>;
+
+std::vector<CellTrials> successes_by_cell(const Experiment& experiment, const TrialTable& table) {
+  std::map<std::string, std::size_t> index_of;
+  for (const Cell& cell : experiment.cells()) index_of[cell.key] = cell.index;
+  std::vector<CellTrials> cells(experiment.cells().size());
+  for (const auto& [key, trial] : table) {
+    cells[index_of.at(key.cell)][key.trial] = trial.record.outcome == TrialOutcome::kSuccess;
+  }
+  return cells;
+}
+
+Proportion proportion_of(const CellTrials& trials) {
+  Proportion proportion;
+  for (const auto& [trial, success] : trials) {
+    ++proportion.trials;
+    proportion.successes += success ? 1 : 0;
+  }
+  return proportion;
+}
+
+Proportion operator+(const Proportion& a, const Proportion& b) {
+  return {a.successes + b.successes, a.trials + b.trials};
+}
+
+/// The paper's counts for exactly this cell: an entry that matches it and is not shared with cells
+/// other than those that differ in the column axis alone.
+std::optional<Proportion> paper_counts(const ExperimentConfig& config, const Cell& cell) {
+  const auto column = column_axis(config);
+  for (const PaperCount& paper : config.paper) {
+    std::size_t named = 0;
+    for (std::size_t axis = 0; axis < config.axes.size(); ++axis) {
+      if (paper.cell.contains(config.axes[axis].name) || axis == column) ++named;
+    }
+    if (named == config.axes.size() && matches(paper.cell, config.axes, cell)) {
+      return Proportion{paper.successes, paper.trials};
+    }
+  }
+  return std::nullopt;
+}
+
+CellSummary summarize_cell(const ExperimentConfig& config, const Cell& cell,
+                           const CellTrials& trials) {
+  CellSummary summary;
+  summary.ours = proportion_of(trials);
+  summary.interval = wilson_interval(summary.ours);
+  summary.paper = paper_counts(config, cell);
+  if (summary.paper && summary.ours.trials > 0) {
+    summary.paper_p = fisher_exact_p(summary.ours, *summary.paper);
+  }
+  return summary;
+}
+
+ColumnSummary summarize_column(const Experiment& experiment,
+                               const std::vector<CellSummary>& summaries,
+                               std::optional<std::size_t> axis, std::size_t value) {
+  ColumnSummary column;
+  if (axis) column.label = experiment.config().axes[*axis].label(value);
+  std::vector<Proportion> ours;
+  std::vector<Proportion> paper;
+  for (const Cell& cell : experiment.cells()) {
+    if (axis && cell.values[*axis] != value) continue;
+    const CellSummary& summary = summaries[cell.index];
+    column.cells.push_back(cell.index);
+    column.pooled = column.pooled + summary.ours;
+    ours.push_back(summary.ours);
+    if (summary.paper && summary.ours.trials > 0) paper.push_back(*summary.paper);
+  }
+  column.homogeneity = test_homogeneity(ours);
+  if (paper.size() == ours.size()) {
+    const Seed seed = derive_seed(static_cast<Seed>(experiment.config().seed), "bootstrap");
+    column.comparison = compare_tables(ours, paper, seed);
+  }
+  return column;
+}
+
+PairedComparison compare_pair(const ColumnSummary& first, const ColumnSummary& second,
+                              const std::vector<CellTrials>& trials) {
+  PairedComparison pair{first.label, second.label};
+  for (std::size_t row = 0; row < first.cells.size(); ++row) {
+    const CellTrials& other = trials[second.cells[row]];
+    for (const auto& [trial, success] : trials[first.cells[row]]) {
+      const auto partner = other.find(trial);
+      if (partner == other.end() || partner->second == success) continue;
+      ++(success ? pair.only_first : pair.only_second);
+    }
+  }
+  pair.p = mcnemar_exact_p(pair.only_first, pair.only_second);
+  return pair;
+}
+
+GateResult judge_gate(const Experiment& experiment, const GateConfig& gate,
+                      const std::vector<CellSummary>& summaries) {
+  GateResult result;
+  result.minimum_rate = gate.minimum_rate;
+  for (const auto& [axis, value] : gate.cell) {
+    result.cell += fmt::format("{}{}={}", result.cell.empty() ? "" : ",", axis, value);
+  }
+  if (result.cell.empty()) result.cell = "all cells";
+  for (const Cell& cell : experiment.cells()) {
+    if (!matches(gate.cell, experiment.config().axes, cell)) continue;
+    result.ours = result.ours + summaries[cell.index].ours;
+  }
+  result.interval = wilson_interval(result.ours);
+  result.passed = result.interval.high >= gate.minimum_rate;
+  return result;
+}
+
+std::vector<OutcomeCount> count_outcomes(const TrialTable& table) {
+  std::map<std::pair<TrialOutcome, TrialStage>, std::int64_t> counts;
+  for (const auto& [key, trial] : table) ++counts[{trial.record.outcome, trial.record.stage}];
+  std::vector<OutcomeCount> result;
+  for (const auto& [kind, count] : counts) result.push_back({kind.first, kind.second, count});
+  return result;
+}
+
+}  // namespace
+
+bool ResultSummary::gates_passed() const {
+  return std::all_of(gates.begin(), gates.end(),
+                     [](const GateResult& gate) { return gate.passed; });
+}
+
+std::optional<std::size_t> column_axis(const ExperimentConfig& config) {
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    if (config.axes[i].columns) return i;
+  }
+  return std::nullopt;
+}
+
+TrialTable trials_of(const Experiment& experiment, const TrialTable& table) {
+  TrialTable result;
+  for (const Cell& cell : experiment.cells()) {
+    const auto first = table.lower_bound({cell.key, 0});
+    const auto last = table.lower_bound({cell.key, experiment.config().trials});
+    result.insert(first, last);
+  }
+  return result;
+}
+
+ResultSummary summarize(const Experiment& experiment, const TrialTable& table) {
+  const TrialTable own = trials_of(experiment, table);
+  const std::vector<CellTrials> trials = successes_by_cell(experiment, own);
+  const ExperimentConfig& config = experiment.config();
+  ResultSummary summary;
+  summary.expected_trials = experiment.job_count();
+  for (const Cell& cell : experiment.cells()) {
+    summary.cells.push_back(summarize_cell(config, cell, trials[cell.index]));
+    summary.pooled = summary.pooled + summary.cells.back().ours;
+  }
+  const auto axis = column_axis(config);
+  const std::size_t columns = axis ? config.axes[*axis].values.size() : 1;
+  for (std::size_t value = 0; value < columns; ++value) {
+    summary.columns.push_back(summarize_column(experiment, summary.cells, axis, value));
+  }
+  for (std::size_t i = 0; i + 1 < columns; ++i) {
+    summary.pairs.push_back(compare_pair(summary.columns[i], summary.columns[i + 1], trials));
+  }
+  for (const GateConfig& gate : config.gates) {
+    summary.gates.push_back(judge_gate(experiment, gate, summary.cells));
+  }
+  summary.outcomes = count_outcomes(own);
+  return summary;
+}
+
+}  // namespace binpick

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/experiment.h"
+#include "experiments/proportions.h"
+#include "experiments/result_store.h"
+#include "experiments/table_comparison.h"
+
+namespace binpick {
+
+struct CellSummary {
+  Proportion ours;
+  Interval interval;  ///< Wilson, 95 %
+  std::optional<Proportion> paper;
+  /// Fisher's exact test of equal rates, ours against the paper's.
+  std::optional<double> paper_p;
+};
+
+/// How often trials ended in one way at one stage.
+struct OutcomeCount {
+  TrialOutcome outcome = TrialOutcome::kSuccess;
+  TrialStage stage = TrialStage::kJudge;
+  std::int64_t count = 0;
+};
+
+struct GateResult {
+  std::string cell;  ///< what it is about, for a person
+  double minimum_rate = 0.0;
+  Proportion ours;
+  Interval interval;
+  bool passed = true;
+};
+
+/// The cells that share a value of the column axis, taken as one table beside the paper's.
+struct ColumnSummary {
+  std::string label;               ///< empty without a column axis
+  std::vector<std::size_t> cells;  ///< indices, in table order
+  Proportion pooled;
+  HomogeneityTest homogeneity;
+  std::optional<TableComparison> comparison;  ///< when the paper has counts for all cells
+};
+
+/// Two neighbouring columns compared trial by trial under common random numbers (McNemar).
+struct PairedComparison {
+  std::string first;
+  std::string second;
+  std::int64_t only_first = 0;   ///< succeeded in the first column alone
+  std::int64_t only_second = 0;  ///< in the second alone
+  double p = 1.0;
+};
+
+/// Everything that is said about a run's results; a pure function of them.
+struct ResultSummary {
+  std::vector<CellSummary> cells;  ///< by cell index
+  std::vector<ColumnSummary> columns;
+  std::vector<PairedComparison> pairs;
+  std::vector<OutcomeCount> outcomes;  ///< by outcome, then stage; zero counts left out
+  std::vector<GateResult> gates;
+  Proportion pooled;
+  std::int64_t expected_trials = 0;
+
+  [[nodiscard]] bool complete() const { return pooled.trials == expected_trials; }
+  [[nodiscard]] bool gates_passed() const;
+};
+
+/// The trials of `table` that belong to the experiment: others (of a larger earlier run in the same
+/// folder) are left out.
+[[nodiscard]] TrialTable trials_of(const Experiment& experiment, const TrialTable& table);
+
+[[nodiscard]] ResultSummary summarize(const Experiment& experiment, const TrialTable& table);
+
+/// The axis whose values are printed side by side, if any.
+[[nodiscard]] std::optional<std::size_t> column_axis(const ExperimentConfig& config);
+
+}  // namespace binpick

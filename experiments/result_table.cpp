@@ -1,0 +1,150 @@
+#include "experiments/result_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/text_table.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kSignificance = 0.05;
+
+std::string counts_text(const Proportion& proportion) {
+  return fmt::format("{}/{}", proportion.successes, proportion.trials);
+}
+
+std::string fits_text(const CellSummary& cell) {
+  if (!cell.paper_p) return "";
+  return *cell.paper_p >= kSignificance ? "yes" : fmt::format("no, p={:.2g}", *cell.paper_p);
+}
+
+std::vector<std::string> header_of(const ExperimentConfig& config, const ResultSummary& summary,
+                                   bool with_paper) {
+  std::vector<std::string> header;
+  const auto axis = column_axis(config);
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    if (i != axis) header.push_back(config.axes[i].name);
+  }
+  for (const ColumnSummary& column : summary.columns) {
+    header.push_back(axis ? fmt::format("{} {}", config.axes[*axis].name, column.label) : "ours");
+    header.insert(header.end(), {"%", "95 % interval"});
+    if (with_paper) header.push_back("fits");
+  }
+  if (with_paper) header.insert(header.end(), {"paper", "%"});
+  return header;
+}
+
+std::string cell_table(const Experiment& experiment, const ResultSummary& summary) {
+  const ExperimentConfig& config = experiment.config();
+  const bool with_paper =
+      std::any_of(summary.cells.begin(), summary.cells.end(),
+                  [](const CellSummary& cell) { return cell.paper.has_value(); });
+  TextTable table(header_of(config, summary, with_paper));
+  const auto axis = column_axis(config);
+  for (std::size_t row = 0; row < summary.columns.front().cells.size(); ++row) {
+    std::vector<std::string> texts;
+    const Cell& first = experiment.cells()[summary.columns.front().cells[row]];
+    for (std::size_t i = 0; i < config.axes.size(); ++i) {
+      if (i != axis) texts.push_back(config.axes[i].label(first.values[i]));
+    }
+    for (const ColumnSummary& column : summary.columns) {
+      const CellSummary& cell = summary.cells[column.cells[row]];
+      texts.push_back(counts_text(cell.ours));
+      texts.push_back(cell.ours.trials == 0 ? "" : fmt::format("{:.0f}", 100.0 * cell.ours.rate()));
+      texts.push_back(cell.ours.trials == 0 ? "" : interval_text(cell.interval));
+      if (with_paper) texts.push_back(fits_text(cell));
+    }
+    const auto& paper = summary.cells[first.index].paper;
+    if (paper) {
+      texts.push_back(counts_text(*paper));
+      texts.push_back(fmt::format("{:.0f}", 100.0 * paper->rate()));
+    }
+    table.add_row(std::move(texts));
+  }
+  return table.text();
+}
+
+std::string outcome_table(const ResultSummary& summary) {
+  TextTable table({"outcome", "stage", "trials", "%"});
+  for (const OutcomeCount& each : summary.outcomes) {
+    const Proportion share{each.count, summary.pooled.trials};
+    const bool success = each.outcome == TrialOutcome::kSuccess;
+    table.add_row({std::string(to_text(each.outcome)),
+                   success ? "" : std::string(to_text(each.stage)), fmt::format("{}", each.count),
+                   fmt::format("{:.1f}", 100.0 * share.rate())});
+  }
+  return table.text();
+}
+
+std::string of_column(const Experiment& experiment, const ColumnSummary& column) {
+  const auto axis = column_axis(experiment.config());
+  if (!axis) return "";
+  return fmt::format(" ({} {})", experiment.config().axes[*axis].name, column.label);
+}
+
+std::string comparison_statement(const TableComparison& comparison, const std::string& which) {
+  return fmt::format(
+      "paper's counts given our rates{}: deviance {:.1f}, bootstrap p = {:.2f}: {}; "
+      "log-likelihood {:+.2f} nats against one flat rate of {} (the paper's own table: {:+.2f})",
+      which, comparison.deviance, comparison.bootstrap_p,
+      comparison.bootstrap_p > kSignificance ? "compatible" : "not compatible",
+      comparison.gain_over_flat, percent_text(comparison.flat_rate), comparison.highest_gain);
+}
+
+std::string gate_line(const GateResult& gate) {
+  return fmt::format("gate {}: {} = {} {}, demanded {}: {}\n", gate.passed ? "passed" : "FAILED",
+                     counts_text(gate.ours), percent_text(gate.ours.rate()),
+                     interval_text(gate.interval), percent_text(gate.minimum_rate), gate.cell);
+}
+
+}  // namespace
+
+std::string percent_text(double rate) { return fmt::format("{:.1f} %", 100.0 * rate); }
+
+std::string interval_text(const Interval& interval) {
+  return fmt::format("[{:.1f}, {:.1f}]", 100.0 * interval.low, 100.0 * interval.high);
+}
+
+std::vector<std::string> table_statements(const Experiment& experiment,
+                                          const ResultSummary& summary) {
+  std::vector<std::string> statements;
+  for (const ColumnSummary& column : summary.columns) {
+    if (column.pooled.trials == 0) continue;
+    const std::string which = of_column(experiment, column);
+    statements.push_back(fmt::format("all cells{}: {} = {}, 95 % interval {}", which,
+                                     counts_text(column.pooled), percent_text(column.pooled.rate()),
+                                     interval_text(wilson_interval(column.pooled))));
+    if (column.homogeneity.degrees_of_freedom > 0) {
+      statements.push_back(
+          fmt::format("cells alike{}? chi-square {:.1f} on {} degrees of freedom, p = {:.2g}",
+                      which, column.homogeneity.chi_square, column.homogeneity.degrees_of_freedom,
+                      column.homogeneity.p));
+    }
+    if (column.comparison && column.cells.size() > 1) {
+      statements.push_back(comparison_statement(*column.comparison, which));
+    }
+  }
+  for (const PairedComparison& pair : summary.pairs) {
+    statements.push_back(
+        fmt::format("paired trials, {} against {}: {} succeed in the first alone, {} in the second "
+                    "alone, McNemar p = {:.2g}",
+                    pair.first, pair.second, pair.only_first, pair.only_second, pair.p));
+  }
+  return statements;
+}
+
+std::string result_table(const Experiment& experiment, const ResultSummary& summary) {
+  const ExperimentConfig& config = experiment.config();
+  std::string text = (config.title.empty() ? config.name : config.title) + "\n\n";
+  text += cell_table(experiment, summary) + "\n";
+  for (const std::string& statement : table_statements(experiment, summary)) {
+    text += statement + "\n";
+  }
+  text += fmt::format("\n{}{}", outcome_table(summary), summary.gates.empty() ? "" : "\n");
+  for (const GateResult& gate : summary.gates) text += gate_line(gate);
+  return text;
+}
+
+}  // namespace binpick

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/result_summary.h"
+
+namespace binpick {
+
+/// The final table as text: one row per cell (the values of the column axis side by side), ours
+/// with 95 % intervals beside the paper's counts; then what the table as a whole supports, how
+/// trials ended, and the gates.
+[[nodiscard]] std::string result_table(const Experiment& experiment, const ResultSummary& summary);
+
+/// Sentences about the table as a whole, one per line: homogeneity, compatibility with the paper,
+/// paired columns.
+[[nodiscard]] std::vector<std::string> table_statements(const Experiment& experiment,
+                                                        const ResultSummary& summary);
+
+/// "66.7 %" with one decimal.
+[[nodiscard]] std::string percent_text(double rate);
+/// "[55.9, 76.3] %".
+[[nodiscard]] std::string interval_text(const Interval& interval);
+
+}  // namespace binpick

@@ -1,0 +1,191 @@
+#include "experiments/run_command.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <csignal>
+#include <memory>
+#include <optional>
+
+#include "experiments/exit_codes.h"
+#include "experiments/experiment.h"
+#include "experiments/progress.h"
+#include "experiments/report.h"
+#include "experiments/result_folder.h"
+#include "experiments/result_summary.h"
+#include "experiments/result_table.h"
+#include "experiments/runner.h"
+#include "experiments/shard.h"
+#include "experiments/write_file.h"
+#include "models/errors.h"
+
+namespace binpick {
+namespace {
+
+constexpr int kMaxWorkers = 1024;
+
+struct RunArguments {
+  std::string config;
+  std::vector<std::string> settings;
+  std::optional<std::int64_t> trials;
+  std::optional<std::int64_t> seed;
+  std::optional<std::string> out;
+  std::optional<std::string> shard;
+  int workers = 0;
+  bool fresh = false;
+};
+
+int available_cores() {
+  cpu_set_t cores;
+  if (::sched_getaffinity(0, sizeof cores, &cores) != 0) return 1;
+  return std::max(1, CPU_COUNT(&cores));
+}
+
+Experiment load_experiment(const RunArguments& arguments, const TrialKindRegistry& registry) {
+  std::vector<ConfigOverride> overrides;
+  for (const std::string& setting : arguments.settings) {
+    overrides.push_back(ConfigOverride::parse(setting));
+  }
+  if (arguments.trials) overrides.push_back({"trials", fmt::format("{}", *arguments.trials)});
+  if (arguments.seed) overrides.push_back({"seed", fmt::format("{}", *arguments.seed)});
+  return Experiment::load(arguments.config, overrides, registry);
+}
+
+/// One run: from what the folder holds already to what it holds afterwards.
+class RunCommand {
+ public:
+  RunCommand(const RunArguments& arguments, const TrialKindRegistry& registry)
+      : arguments_(arguments),
+        experiment_(load_experiment(arguments, registry)),
+        manifest_(RunManifest::of(experiment_)),
+        folder_(std::filesystem::absolute(arguments.out
+                                              ? std::filesystem::path(*arguments.out)
+                                              : ResultFolder::default_path(experiment_))) {
+    shard_ = arguments.shard ? Shard::parse(*arguments.shard) : Shard::from_environment();
+  }
+
+  int execute() {
+    const std::vector<Job> jobs = missing_jobs();
+    if (!jobs.empty()) {
+      if (const auto signal = run(jobs)) {
+        fmt::print(stderr, "stopped; finished trials are kept in {}, the same command goes on\n",
+                   folder_.path().string());
+        return kExitSignal + *signal;
+      }
+    } else {
+      open_store();
+      fmt::print(stderr, "{}: nothing left to do\n", experiment_.config().name);
+    }
+    return conclude();
+  }
+
+ private:
+  std::vector<Job> missing_jobs() {
+    TrialTable finished;
+    const auto stores = folder_.stores();
+    if (!stores.empty() && !arguments_.fresh) {
+      for (const std::filesystem::path& file : stores) {
+        ResultStore store = ResultStore::open_to_read(file);
+        const std::string conflict = manifest_.conflict_with(store.manifest());
+        if (!conflict.empty()) {
+          throw InputError(fmt::format("{}: holds {}; give another --out, or --fresh to start over",
+                                       file.string(), conflict));
+        }
+        finished.merge(store.trials());
+      }
+    }
+    std::vector<Job> jobs;
+    for (std::int64_t i = 0; i < experiment_.job_count(); ++i) {
+      const Job job = experiment_.job(i);
+      if (shard_ && !shard_->holds(job)) continue;
+      ++total_;
+      if (!finished.contains({experiment_.cells()[job.cell].key, job.trial})) jobs.push_back(job);
+    }
+    return jobs;
+  }
+
+  void open_store() {
+    lock_ = folder_.lock(shard_);
+    if (arguments_.fresh) folder_.clear(shard_);
+    write_file(folder_.path() / "config.yaml",
+               fmt::format("# Effective configuration; relative paths start at {}\n{}",
+                           experiment_.directory().string(), experiment_.effective_yaml()));
+    store_.emplace(ResultStore::open_for_run(folder_.store_of(shard_), manifest_));
+  }
+
+  std::optional<int> run(const std::vector<Job>& jobs) {
+    std::optional<Progress> progress;
+    RunEvents events;
+    events.inputs_accepted = [&] {
+      open_store();
+      fmt::print(stderr, "results go to {}\n", folder_.path().string());
+      progress.emplace(experiment_.config().name, total_ - std::int64_t(jobs.size()), total_);
+    };
+    events.trial_finished = [&](const TrialKey& key, const StoredTrial& trial) {
+      store_->add(key, trial);
+      progress->trial_finished(trial.record.outcome == TrialOutcome::kSuccess);
+    };
+    events.log = [&](std::string_view line) {
+      progress ? progress->log(line) : fmt::print(stderr, "{}\n", line);
+    };
+    events.tick = [&] {
+      if (progress) progress->refresh();
+    };
+    const int workers = arguments_.workers > 0 ? arguments_.workers : available_cores();
+    Runner runner(experiment_, jobs, {workers, folder_.path()}, events);
+    return runner.run();
+  }
+
+  int conclude() {
+    const RunResults results = folder_.read();
+    for (const TrialKey& key : results.conflicts) {
+      fmt::print(stderr, "trial {} of cell {} has two different records\n", key.trial, key.cell);
+    }
+    const ResultSummary summary = summarize(experiment_, results.trials);
+    fmt::print("{}", result_table(experiment_, summary));
+    if (summary.complete()) {
+      const std::filesystem::path report = write_report(folder_, experiment_, results);
+      fmt::print("\nreport: {}\n", report.string());
+    } else {
+      fmt::print("\n{} of {} trials are there; run the other shards, then merge\n",
+                 summary.pooled.trials, summary.expected_trials);
+    }
+    const bool fine = results.conflicts.empty() && summary.gates_passed();
+    return fine ? kExitOk : kExitGateFailed;
+  }
+
+  const RunArguments& arguments_;
+  Experiment experiment_;
+  RunManifest manifest_;
+  ResultFolder folder_;
+  std::optional<Shard> shard_;
+  std::int64_t total_ = 0;
+  FileDescriptor lock_;
+  std::optional<ResultStore> store_;
+};
+
+}  // namespace
+
+void add_run_command(CLI::App& app, const TrialKindRegistry& registry, int& exit_code) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand(
+      "run", "Run an experiment: the trials that its results folder does not hold yet");
+  command->add_option("CONFIG", arguments->config, "experiment file (YAML)")->required();
+  command->add_option("--set", arguments->settings,
+                      "path=value, put in place of the file's value; may be repeated");
+  command->add_option("--trials", arguments->trials, "trials per cell");
+  command->add_option("--seed", arguments->seed, "master seed");
+  command->add_option("--out", arguments->out,
+                      "results folder [results/<experiment>-<hash of the configuration>]");
+  command->add_option("--workers", arguments->workers, "worker processes [one per core]")
+      ->check(CLI::Range(1, kMaxWorkers));
+  command->add_option("--shard", arguments->shard,
+                      "i/n: only part i (from 0) of n [from the Slurm array's environment]");
+  command->add_flag("--fresh", arguments->fresh, "drop earlier results of the folder");
+  command->callback([arguments, &registry, &exit_code] {
+    exit_code = RunCommand(*arguments, registry).execute();
+  });
+}
+
+}  // namespace binpick

@@ -1,0 +1,101 @@
+#include "experiments/run_manifest.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "experiments/content_hash.h"
+
+namespace binpick {
+namespace {
+
+/// The stored keys and the fields that they name, in one place for both directions.
+template <class Manifest>
+auto fields_of(Manifest& manifest) {
+  return std::array{
+      std::pair{"experiment", &manifest.experiment}, std::pair{"identity", &manifest.identity},
+      std::pair{"inputs", &manifest.inputs},         std::pair{"protocol", &manifest.protocol},
+      std::pair{"program", &manifest.program},       std::pair{"build", &manifest.build},
+      std::pair{"config", &manifest.config},         std::pair{"yaml", &manifest.yaml},
+      std::pair{"directory", &manifest.directory},   std::pair{"cpu", &manifest.cpu}};
+}
+
+}  // namespace
+
+RunManifest RunManifest::of(const Experiment& experiment) {
+  RunManifest manifest;
+  manifest.experiment = experiment.config().name;
+  manifest.identity = experiment.identity_hash();
+  manifest.inputs = experiment.inputs_hash();
+  manifest.protocol = fmt::format("{}", experiment.protocol_version());
+  manifest.program = program_version();
+  manifest.build = program_build();
+  manifest.config = experiment.config_hash();
+  manifest.yaml = experiment.effective_yaml();
+  manifest.directory = experiment.directory().string();
+  manifest.cpu = cpu_class();
+  return manifest;
+}
+
+RunManifest RunManifest::from_entries(const std::map<std::string, std::string>& entries) {
+  RunManifest manifest;
+  for (const auto& [key, field] : fields_of(manifest)) {
+    const auto entry = entries.find(key);
+    if (entry != entries.end()) *field = entry->second;
+  }
+  return manifest;
+}
+
+std::map<std::string, std::string> RunManifest::entries() const {
+  std::map<std::string, std::string> entries;
+  for (const auto& [key, field] : fields_of(*this)) entries[key] = *field;
+  return entries;
+}
+
+std::string RunManifest::conflict_with(const RunManifest& other) const {
+  if (experiment != other.experiment) {
+    return fmt::format("results of experiment '{}', not of '{}'", other.experiment, experiment);
+  }
+  if (identity != other.identity) {
+    return "results of another configuration (seed, parameters or axes differ)";
+  }
+  if (inputs != other.inputs) return "results of other scene or model files";
+  if (protocol != other.protocol) {
+    return fmt::format("results of protocol version {}, not {}", other.protocol, protocol);
+  }
+  if (program != other.program) {
+    return fmt::format("results of binpick {}, not {}", other.program, program);
+  }
+  if (build != other.build) return "results of another build of binpick";
+  return "";
+}
+
+std::string program_version() { return BINPICK_VERSION; }
+
+std::string program_build() {
+  ContentHash hash;
+  hash.add_file("/proc/self/exe");
+  return hash.hex();
+}
+
+std::string cpu_class() {
+  std::ifstream file("/proc/cpuinfo");
+  std::set<std::string> flags;
+  for (std::string line; flags.empty() && std::getline(file, line);) {
+    if (!line.starts_with("flags") && !line.starts_with("Features")) continue;
+    std::istringstream words(line.substr(line.find(':') + 1));
+    for (std::string word; words >> word;) flags.insert(word);
+  }
+  std::string result = "cpu";
+  for (const char* flag : {"sse4_2", "avx", "avx2", "fma", "avx512f", "asimd"}) {
+    if (flags.contains(flag)) result += fmt::format(" {}", flag);
+  }
+  return result;
+}
+
+}  // namespace binpick

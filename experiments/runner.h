@@ -1,0 +1,95 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "experiments/experiment.h"
+#include "experiments/result_store.h"
+#include "experiments/stop_signals.h"
+#include "experiments/worker_process.h"
+
+namespace binpick {
+
+/// What a run tells its owner, always from the thread that called Runner::run.
+struct RunEvents {
+  /// The first worker has loaded everything: results may now be written. Called once, first.
+  std::function<void()> inputs_accepted;
+  /// A trial has ended. May throw: the workers are stopped and the exception goes on.
+  std::function<void(const TrialKey&, const StoredTrial&)> trial_finished;
+  /// A line that a worker printed.
+  std::function<void(std::string_view)> log;
+  /// At least twice a second.
+  std::function<void()> tick;
+};
+
+struct RunnerOptions {
+  int workers = 1;
+  std::filesystem::path folder;  ///< the workers' working folder
+};
+
+/// Runs jobs in worker processes, each on one job at a time. Records depend on the job alone, so
+/// neither the number of workers nor their order matters.
+///
+/// A worker that dies during a trial is replaced and the trial tried once more: a trial that kills
+/// its process does so again and is booked as kCrashed, whereas a worker killed from outside costs
+/// nothing. A trial that exceeds the experiment's wall-clock limit is killed and booked as
+/// kTimeout.
+class Runner {
+ public:
+  Runner(const Experiment& experiment, std::vector<Job> jobs, RunnerOptions options,
+         RunEvents events);
+
+  /// Runs until all jobs have ended or a stop signal arrives; trials in flight are then abandoned.
+  /// @return the signal.
+  /// @throws InputError when a worker cannot use configuration or files, std::runtime_error when
+  /// workers cannot even load.
+  [[nodiscard]] std::optional<int> run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class State { kLoading, kIdle, kRunning, kEnded };
+
+  struct PendingJob {
+    Job job;
+    bool repeated = false;  ///< a worker died of it, or during it
+  };
+  struct Slot {
+    WorkerProcess process;
+    State state = State::kLoading;
+    bool log_open = true;
+    PendingJob work;
+    TrialStage stage = TrialStage::kSetup;
+    Clock::time_point started = Clock::now();
+  };
+
+  void start_worker();
+  [[nodiscard]] int poll_timeout_ms() const;
+  /// Waits for something to happen. @return the stop signal, if that was it.
+  std::optional<int> wait_for_events();
+  void handle_replies(Slot& slot);
+  void handle_reply(Slot& slot, const WorkerReply& reply);
+  void handle_log(Slot& slot);
+  void handle_end(Slot& slot);
+  void check_deadline(Slot& slot);
+  void accept_inputs();
+  void give_work(Slot& slot);
+  void finish(const Job& job, TrialRecord record, Clock::time_point started);
+  [[nodiscard]] Clock::duration limit_of(const Slot& slot) const;
+  [[nodiscard]] std::optional<PendingJob> take_job();
+
+  const Experiment& experiment_;
+  std::vector<Job> jobs_;
+  RunnerOptions options_;
+  RunEvents events_;
+  StopSignals stop_;
+  std::vector<std::unique_ptr<Slot>> slots_;
+  std::vector<PendingJob> repeats_;
+  std::size_t next_job_ = 0;
+  std::size_t unfinished_;
+  bool inputs_accepted_ = false;
+};
+
+}  // namespace binpick

@@ -1,0 +1,62 @@
+#include "coin_trial.h"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include "models/errors.h"
+
+namespace binpick {
+
+void CoinTrial::visit(ConfigVisitor& visitor) {
+  visitor.number("rate", rate_, {.min = 0.0, .max = 1.0});
+  visitor.number("work_ms", work_, {.min = 0.0, .max = 1e6, .unit = 1e-3});
+  visitor.choice("fault", fault_, {"none", "abort", "hang", "throw", "print", "drop_file"});
+  visitor.integer("fault_period", period_, 1, 1'000'000);
+  visitor.group("coin", [&](ConfigVisitor& inner) { inner.text("side", side_); });
+  visitor.text("note", note_);
+  visitor.text("input", input_);
+}
+
+void CoinTrial::prepare(const std::filesystem::path& config_directory) {
+  if (input_.empty() || std::filesystem::exists(config_directory / input_)) return;
+  throw InputError((config_directory / input_).string() + ":1:1: no such file, check `input`");
+}
+
+std::vector<std::filesystem::path> CoinTrial::input_files(
+    const std::filesystem::path& config_directory) const {
+  if (input_.empty() || input_ == "loaded_late") return {};
+  return {config_directory / input_};
+}
+
+bool CoinTrial::faulty(const TrialContext& context) const {
+  return fault_ != "none" && context.trial % period_ == period_ - 1;
+}
+
+void CoinTrial::misbehave() const {
+  if (fault_ == "abort") std::abort();
+  if (fault_ == "hang") std::this_thread::sleep_for(std::chrono::hours(1));
+  if (fault_ == "throw") throw std::runtime_error("the coin\nrolled away");
+  if (fault_ == "print") std::puts("{\"record\":\"a line on stdout that is no reply\"}");
+  if (fault_ == "drop_file") std::ofstream("DROPPED.TXT") << "as some libraries do";
+}
+
+TrialRecord CoinTrial::run(const TrialContext& context) {
+  context.enter(TrialStage::kGrasp);
+  std::this_thread::sleep_for(std::chrono::duration<double>(work_));
+  if (faulty(context)) misbehave();
+  const double shared = Random(context.seeds.shared("toss")).uniform();
+  const double own = Random(context.seeds.own("toss")).uniform();
+  TrialRecord record;
+  record.measures = {{"shared_toss", shared}, {"own_toss", own}};
+  record.note = note_;
+  if (own < rate_) return record;
+  record.outcome = side_ == "heads" ? TrialOutcome::kFailedGrasp : TrialOutcome::kSlipped;
+  record.stage = TrialStage::kCarry;
+  return record;
+}
+
+}  // namespace binpick
