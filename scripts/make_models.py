@@ -99,8 +99,8 @@ def monotone_cubic(nodes, x):
             + nodes[i + 1][1] * t * t * (3 - 2 * t) + steps[i] * slopes[i + 1] * t * t * (t - 1))
 
 
-def ellipse(a, b, z, segments):
-    angles = [2.0 * math.pi * k / segments for k in range(segments)]
+def ellipse(a, b, z, segments, phase=0.0):
+    angles = [2.0 * math.pi * (k + phase) / segments for k in range(segments)]
     return [(a * math.cos(t), b * math.sin(t), z) for t in angles]
 
 
@@ -163,11 +163,23 @@ def convex_hull(points):
     return mesh
 
 
-def bottle_ring(z, segments):
+def bottle_axes(z):
+    """Half-axes at height z above the base, and z in the model frame: from the box's centre."""
     a = monotone_cubic([(p[0], p[1]) for p in BOTTLE_PROFILE], z)
     b = monotone_cubic([(p[0], p[2]) for p in BOTTLE_PROFILE], z)
-    # The model's origin is the centre of the bounding box.
-    return ellipse(a, b, z - 0.5 * BOTTLE_PROFILE[-1][0], segments)
+    return a, b, z - 0.5 * BOTTLE_PROFILE[-1][0]
+
+
+def bottle_ring(z):
+    return ellipse(*bottle_axes(z), BOTTLE_SEGMENTS)
+
+
+def bottle_piece_ring(z):
+    """A coarse ring drawn round the ellipse, flat towards +-x and +-y: a lying bottle rests on its
+    wide face as the smooth one does, not on a corner."""
+    a, b, z_model = bottle_axes(z)
+    outward = 1.0 / math.cos(math.pi / BOTTLE_PIECE_SEGMENTS)
+    return ellipse(outward * a, outward * b, z_model, BOTTLE_PIECE_SEGMENTS, phase=0.5)
 
 
 def bottle_heights(low, high):
@@ -182,12 +194,12 @@ def bottle_heights(low, high):
 
 def make_bottle(folder):
     heights = bottle_heights(BOTTLE_PROFILE[0][0], BOTTLE_PROFILE[-1][0])
-    mesh = Mesh().add(*loft([bottle_ring(z, BOTTLE_SEGMENTS) for z in heights]))
+    mesh = Mesh().add(*loft([bottle_ring(z) for z in heights]))
     mesh.write(folder / "bottle.obj", "Water bottle: an oval waisted loft, 0.183 m high")
     for piece, (low, high) in enumerate(zip(BOTTLE_CUTS, BOTTLE_CUTS[1:])):
         points = Mesh()
         for z in bottle_heights(low, high):
-            points.add(bottle_ring(z, BOTTLE_PIECE_SEGMENTS), [])
+            points.add(bottle_piece_ring(z), [])
         convex_hull(points.vertices).write(folder / f"collision_{piece}.obj",
                                            f"Convex piece {piece} of the water bottle")
 
