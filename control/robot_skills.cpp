@@ -13,6 +13,8 @@ constexpr double kGravity = 9.81;
 constexpr double kSettleTime = 0.1;
 // Fewer scene points than this in the gripper's way are noise.
 constexpr int kNoiseVotes = 6;
+// Moves to the overview pose that a touch on the way may interrupt.
+constexpr int kOverviewAttempts = 3;
 // Holding a placed object down before letting go, s.
 constexpr double kReleaseTime = 0.2;
 
@@ -91,9 +93,10 @@ void RobotSkills::go_to_overview() {
   withdraw(parts_.layout.transfer_height);
   manipulator_.command_gripper(
       {parts_.gripper.stroke.high, options_.grip.speed, options_.grip.force});
-  SkillResult end = SkillResult::kDone;
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    if (!transfer(parts_.layout.overview, {}, end) || end == SkillResult::kDone) break;
+  for (int attempt = 0; attempt < kOverviewAttempts; ++attempt) {
+    if (travel(parts_.planner.plan(manipulator_.state().joints.q, parts_.layout.overview), {}) ==
+        SkillResult::kDone)
+      break;
     withdraw(parts_.layout.transfer_height);
   }
   manipulator_.hold(kSettleTime);
@@ -127,10 +130,9 @@ int RobotSkills::obstruction(const GraspPlan& plan) {
 SkillResult RobotSkills::grasp(const GraspPlan& plan) {
   enter(ContactPhase::kFree, options_.collision_force);
   manipulator_.command_gripper({plan.grasp->pre_opening, options_.grip.speed, options_.grip.force});
-  SkillResult end = SkillResult::kDone;
-  if (!transfer(plan.q_pregrasp, {}, end)) return SkillResult::kUnreachable;
-  if (end != SkillResult::kDone) return end;
-  return execute_grasp(plan);
+  const SkillResult end =
+      travel(parts_.planner.plan(manipulator_.state().joints.q, plan.T_world_pregrasp), {});
+  return end == SkillResult::kDone ? execute_grasp(plan) : end;
 }
 
 SkillResult RobotSkills::execute_grasp(const GraspPlan& plan) {
@@ -177,9 +179,8 @@ SkillResult RobotSkills::carry(const GraspPlan& plan, const Place& place,
   placement_ = plan_placement(plan, place, slot);
   if (!placement_) return SkillResult::kUnreachable;
   enter(ContactPhase::kGrasp, options_.loaded_collision_force);
-  SkillResult end = SkillResult::kDone;
-  if (!transfer(placement_->q_above, watching_load(), end)) return SkillResult::kUnreachable;
-  return end;
+  return travel(parts_.planner.plan(manipulator_.state().joints.q, placement_->T_world_above),
+                watching_load());
 }
 
 std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
@@ -213,7 +214,7 @@ std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
                         std::min(q_above->margin, q_release->margin);
     if (cost < best_cost) {
       best_cost = cost;
-      best = Placement{T_world_above, T_world_release, q_above->q};
+      best = Placement{T_world_above, T_world_release};
     }
   }
   return best;
@@ -240,14 +241,13 @@ SkillResult RobotSkills::place(const GraspPlan&, const Place&, const Eigen::Vect
   return lowering == MotionEnd::kLost ? SkillResult::kFailedGrasp : SkillResult::kDone;
 }
 
-bool RobotSkills::transfer(const JointVector& q_goal, const MotionStops& stops, SkillResult& end) {
-  const auto path = parts_.planner.plan(manipulator_.state().joints.q, q_goal);
-  if (!path) return false;
+SkillResult RobotSkills::travel(const std::optional<TransferPlanner::Path>& path,
+                                const MotionStops& stops) {
+  if (!path) return SkillResult::kUnreachable;
   JointMotionOptions motion;
   motion.speed = options_.joint_speed;
-  end =
-      to_result(manipulator_.follow(JointTrajectory(*path, parts_.model.limits(), motion), stops));
-  return true;
+  return to_result(
+      manipulator_.follow(JointTrajectory(*path, parts_.model.limits(), motion), stops));
 }
 
 }  // namespace binpick

@@ -68,12 +68,12 @@ class RobotSkills final : public ManipulationSkills {
   struct Placement {
     Eigen::Isometry3d T_world_above;
     Eigen::Isometry3d T_world_release;
-    JointVector q_above;
   };
 
   void enter(ContactPhase phase, double collision_force);
-  [[nodiscard]] bool transfer(const JointVector& q_goal, const MotionStops& stops,
-                              SkillResult& end);
+  /// Along a planned path; kUnreachable if there is none.
+  [[nodiscard]] SkillResult travel(const std::optional<TransferPlanner::Path>& path,
+                                   const MotionStops& stops);
   void withdraw(double height);
   void weigh();
   [[nodiscard]] MotionStops watching_load() const;

@@ -6,7 +6,7 @@
 #include "experiments/robot_knowledge.h"
 #include "experiments/trial_kind.h"
 #include "scenes/scene.h"
-#include "sim/world_template.h"
+#include "sim/world.h"
 
 namespace binpick {
 

@@ -42,7 +42,7 @@ void TrialRecorder::record(World& world) {
   ++steps_;
 }
 
-void TrialRecorder::write_trace_row(const World& world) {
+void TrialRecorder::write_trace_row(World& world) {
   const RobotState state = world.sensors();
   const Eigen::Vector3d p_tcp = world.T_world_tcp().translation();
   const Eigen::Vector3d force = world.contact_force_on_robot();

@@ -29,7 +29,7 @@ class TrialRecorder {
   struct Film;
 
   void record(World& world);
-  void write_trace_row(const World& world);
+  void write_trace_row(World& world);
 
   World& world_;
   std::ofstream trace_;
