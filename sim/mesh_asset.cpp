@@ -1,6 +1,7 @@
 #include "sim/mesh_asset.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -69,6 +70,15 @@ ShadedMesh with_corner_normals(const TriangleMesh& mesh) {
   return shaded;
 }
 
+std::array<Eigen::Vector3d, 6> axis_directions() {
+  std::array<Eigen::Vector3d, 6> directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    directions[std::size_t(2 * axis)] = -Eigen::Vector3d::Unit(axis);
+    directions[std::size_t(2 * axis + 1)] = Eigen::Vector3d::Unit(axis);
+  }
+  return directions;
+}
+
 std::vector<Eigen::Vector3d> spiral_directions(int count) {
   std::vector<Eigen::Vector3d> directions;
   const double golden = M_PI * (3.0 - std::sqrt(5.0));
@@ -133,14 +143,19 @@ std::vector<Eigen::Vector3d> support_points(const std::vector<TriangleMesh>& mes
   }
   Points chosen;
   Points in_flat_faces;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double sign : {-1.0, 1.0}) {
-      for (const Eigen::Vector3d& vertex :
-           touched_first(vertices, sign * Eigen::Vector3d::Unit(axis))) {
-        in_flat_faces.push_back(vertex);
-        if (!any_within(chosen, vertex, 3.0 * spacing)) chosen.push_back(vertex);
-      }
+  const auto add = [&](const Points& points, double distance) {
+    for (const Eigen::Vector3d& point : points) {
+      if (!any_within(chosen, point, distance)) chosen.push_back(point);
     }
+  };
+  for (const Eigen::Vector3d& across : axis_directions()) {
+    const Points face = touched_first(vertices, across);
+    in_flat_faces.insert(in_flat_faces.end(), face.begin(), face.end());
+    // The face's own extremes carry when the object lies on its side.
+    for (const Eigen::Vector3d& along : axis_directions()) {
+      if (along.dot(across) == 0.0) add(touched_first(face, along), spacing);
+    }
+    add(face, 4.0 * spacing);
   }
   for (const Eigen::Vector3d& direction : spiral_directions(2000)) {
     for (const Eigen::Vector3d& vertex : touched_first(vertices, direction)) {
