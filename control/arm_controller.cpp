@@ -1,5 +1,6 @@
 #include "control/arm_controller.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "models/errors.h"
@@ -8,6 +9,11 @@ namespace binpick {
 namespace {
 
 constexpr double kLongestPeriod = 0.1;  // s
+
+// Beyond its speed limit a joint is no longer driven on, over this share of the limit, and braked
+// as if by a time constant of 10 ms. Both only take energy out.
+constexpr double kSpeedFade = 0.1;
+constexpr double kSpeedBrake = 100.0;  // 1/s
 
 bool finite(const JointState& state) noexcept {
   return state.q.allFinite() && state.qd.allFinite() && state.tau.allFinite() &&
@@ -23,6 +29,9 @@ void ArmControllerOptions::validate() const {
   limiter.validate();
   if (!(safe_stop_damping >= 0.0)) {
     throw InputError("arm controller: the safe stop's damping must not be negative");
+  }
+  if (!(max_target_speed > 0.0 && max_target_turn > 0.0)) {
+    throw InputError("arm controller: the speeds of a set-point must be positive");
   }
 }
 
@@ -108,7 +117,7 @@ JointVector ArmController::tick(const JointState& state, double dt) noexcept {
   if (mode_ == ControlMode::kSafeStop) return safe_stop(state.qd, dt);
   if (hold_) hold_present_pose();
 
-  const JointVector control = control_torques(dt);
+  const JointVector control = within_speed(control_torques(dt));
   const std::optional<JointVector> tau = limiter_.limit(status_.dynamics.gravity, control, dt);
   if (!tau) {
     raise(ControlFault::kBadTarget);
@@ -138,7 +147,45 @@ void ArmController::sense(const JointState& state, double dt) noexcept {
 void ArmController::hold_present_pose() noexcept {
   joint_target_ = {.q = status_.q};
   cartesian_target_ = {.T_world_tcp = status_.T_world_tcp};
+  q_equilibrium_ = status_.q;
+  T_world_equilibrium_ = status_.T_world_tcp;
   hold_ = false;
+}
+
+void ArmController::start_law() noexcept {
+  starting_ = false;
+  q_equilibrium_ = status_.q;
+  T_world_equilibrium_ = status_.T_world_tcp;
+  joint_.reset();
+  cartesian_.start(posture_.value_or(status_.q));
+}
+
+void ArmController::approach_target(double dt) noexcept {
+  const double turn = options_.max_target_turn * dt;
+  if (mode_ == ControlMode::kJoint) {
+    q_equilibrium_ = joint_target_.q.cwiseMax(q_equilibrium_ - JointVector::Constant(turn))
+                         .cwiseMin(q_equilibrium_ + JointVector::Constant(turn))
+                         .eval();
+    return;
+  }
+  const Eigen::Isometry3d& goal = cartesian_target_.T_world_tcp;
+  Eigen::Isometry3d& now = T_world_equilibrium_;
+  const Eigen::Vector3d way = goal.translation() - now.translation();
+  const double distance = way.norm();
+  const double travel = options_.max_target_speed * dt;
+  if (distance > travel) {
+    now.translation() += travel / distance * way;
+  } else {
+    now.translation() = goal.translation();
+  }
+  // 1 + 2 cos(angle between the two) is the sum of the entries' products.
+  const double cosine = 0.5 * (now.linear().cwiseProduct(goal.linear()).sum() - 1.0);
+  if (cosine < std::cos(turn)) {
+    const Eigen::AngleAxisd rotation(now.linear().transpose() * goal.linear());
+    now.linear() = now.linear() * Eigen::AngleAxisd(turn, rotation.axis());
+  } else {
+    now.linear() = goal.linear();
+  }
 }
 
 JointVector ArmController::control_torques(double dt) noexcept {
@@ -157,6 +204,19 @@ JointVector ArmController::control_torques(double dt) noexcept {
       cartesian_.torques(status_.dynamics, space_, status_.q, status_.qd, cartesian_target_, dt);
   status_.spring_wrench = cartesian_.spring_wrench();
   return tau;
+}
+
+JointVector ArmController::within_speed(JointVector control) const noexcept {
+  const JointVector& limit = model_.limits().velocity;
+  for (int i = 0; i < kArmJoints; ++i) {
+    const double excess = std::abs(status_.qd[i]) - limit[i];
+    if (excess <= 0.0) continue;
+    if (control[i] * status_.qd[i] > 0.0) {
+      control[i] *= std::max(0.0, 1.0 - excess / (kSpeedFade * limit[i]));
+    }
+    control[i] -= kSpeedBrake * status_.dynamics.M(i, i) * std::copysign(excess, status_.qd[i]);
+  }
+  return control;
 }
 
 void ArmController::raise(ControlFault fault) noexcept {

@@ -21,6 +21,10 @@ struct ArmControllerOptions {
   DisturbanceObserverOptions observer;
   TorqueLimiterOptions limiter;
   double safe_stop_damping = 8.0;  ///< 1/s: braking torque per momentum after a fault
+  /// Set-points that jump are approached at this speed, so that no spring is stretched at once.
+  /// Above any planned speed.
+  double max_target_speed = 1.2;  ///< m/s
+  double max_target_turn = 3.0;   ///< rad/s, of the tool and of each joint
 
   /// @throws InputError listing every value that makes no sense.
   void validate() const;
@@ -67,8 +71,8 @@ struct ArmStatus {
 ///   if (controller.status().collision) controller.stop();
 ///
 /// The first tick holds the measured pose unless a target was given. When the kind of target
-/// changes, the new law starts at rest from the measured state: begin trajectories at
-/// `status().q` or `status().T_world_tcp`; the torque rate limit smooths what is left.
+/// changes, the new law's equilibrium starts at the measured state and moves to the target from
+/// there; trajectories that begin at the measured state are followed at once.
 ///
 /// Not thread-safe. The tick and the setters allocate nothing, except set_payload.
 class ArmController {
@@ -113,8 +117,13 @@ class ArmController {
   void enter(ControlMode mode) noexcept;
   void restart_observer() noexcept;
   void hold_present_pose() noexcept;
+  void start_law() noexcept;
+  /// Moves the equilibrium towards the target, as fast as a set-point may move.
+  void approach_target(double dt) noexcept;
   void sense(const JointState& state, double dt) noexcept;
   [[nodiscard]] JointVector control_torques(double dt) noexcept;
+  /// `control` without what would drive a joint on beyond its speed limit, and with a brake.
+  [[nodiscard]] JointVector within_speed(JointVector control) const noexcept;
   /// Enters the safe stop; the first fault is remembered.
   void raise(ControlFault fault) noexcept;
   /// Gravity compensation and a brake against `qd`.
@@ -134,6 +143,9 @@ class ArmController {
   bool starting_ = true;  ///< the law of `mode_` has not run yet
   JointTarget joint_target_;
   CartesianTarget cartesian_target_;
+  // Where the springs pull now; the targets, except after a jump.
+  JointVector q_equilibrium_ = JointVector::Zero();
+  Eigen::Isometry3d T_world_equilibrium_ = Eigen::Isometry3d::Identity();
   std::optional<JointVector> posture_;
   OperationalSpace space_;
   ArmStatus status_;

@@ -89,7 +89,7 @@ inline ArmModel test_arm() { return ArmModel(load_lwr(), load_gripper()); }
 inline std::vector<JointVector> test_poses() {
   return {(JointVector() << 0.0, -0.5, 0.0, 1.5, 0.0, -1.14, 0.0).finished(),
           (JointVector() << 0.7, -0.7, 0.4, 1.3, -0.5, -0.9, 0.6).finished(),
-          (JointVector() << -0.9, -0.3, -0.5, 1.9, 0.8, -0.8, -1.1).finished()};
+          (JointVector() << -0.9, -0.3, -0.5, 1.6, 0.8, -0.8, -1.1).finished()};
 }
 
 /// The nine stiffness pairs of IJRR 2012, Table 1, in tool axes; the others at 2000 N/m and
