@@ -261,7 +261,7 @@ class ReportPage {
         {"configuration", manifest.config},
         {"input files", manifest.inputs},
         {"relative paths start at", manifest.directory},
-        {"processor class", results_.cpu},
+        {"processor class", manifest.cpu},
     }};
     for (const auto& [name, value] : rows) {
       html_ += fmt::format(

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <set>
+#include <sstream>
 
 #include "experiments/write_file.h"
 #include "models/errors.h"
@@ -34,7 +35,10 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores) {
     ResultStore store = ResultStore::open_to_read(file);
     const RunManifest manifest = store.manifest();
     if (cpus.empty()) results.manifest = manifest;
-    cpus.insert(manifest.cpu);
+    // Of equivalent folders the first by name, so that the order of the stores does not matter.
+    results.manifest.directory = std::min(results.manifest.directory, manifest.directory);
+    std::istringstream classes(manifest.cpu);
+    for (std::string each; std::getline(classes, each, '|');) cpus.insert(each);
     std::string conflict = results.manifest.conflict_with(manifest);
     if (conflict.empty() && results.manifest.config != manifest.config) {
       conflict = "results of another configuration (number of trials, gates or paper counts)";
@@ -48,7 +52,7 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores) {
     }
   }
   results.conflicts.assign(conflicts.begin(), conflicts.end());
-  results.cpu = fmt::format("{}", fmt::join(cpus, " | "));
+  results.manifest.cpu = fmt::format("{}", fmt::join(cpus, "|"));
   return results;
 }
 

@@ -14,12 +14,10 @@ namespace binpick {
 
 /// The results of one or more stores of the same run.
 struct RunResults {
-  RunManifest manifest;
+  RunManifest manifest;  ///< `cpu` lists all processor classes that took part, joined by '|'
   TrialTable trials;
   /// Keys under which the stores hold different records: a failure of reproducibility.
   std::vector<TrialKey> conflicts;
-  /// The processor classes that took part, sorted and joined.
-  std::string cpu;
 };
 
 /// Reads and joins stores, in any order with the same result.

@@ -10,14 +10,11 @@
 
 #include "experiments/exit_codes.h"
 #include "experiments/experiment.h"
+#include "experiments/present_results.h"
 #include "experiments/progress.h"
-#include "experiments/report.h"
 #include "experiments/result_folder.h"
-#include "experiments/result_summary.h"
-#include "experiments/result_table.h"
 #include "experiments/runner.h"
 #include "experiments/shard.h"
-#include "experiments/write_file.h"
 #include "models/errors.h"
 
 namespace binpick {
@@ -77,7 +74,7 @@ class RunCommand {
       open_store();
       fmt::print(stderr, "{}: nothing left to do\n", experiment_.config().name);
     }
-    return conclude();
+    return present_results(folder_, experiment_);
   }
 
  private:
@@ -108,9 +105,7 @@ class RunCommand {
   void open_store() {
     lock_ = folder_.lock(shard_);
     if (arguments_.fresh) folder_.clear(shard_);
-    write_file(folder_.path() / "config.yaml",
-               fmt::format("# Effective configuration; relative paths start at {}\n{}",
-                           experiment_.directory().string(), experiment_.effective_yaml()));
+    write_effective_config(folder_, experiment_);
     store_.emplace(ResultStore::open_for_run(folder_.store_of(shard_), manifest_));
   }
 
@@ -135,24 +130,6 @@ class RunCommand {
     const int workers = arguments_.workers > 0 ? arguments_.workers : available_cores();
     Runner runner(experiment_, jobs, {workers, folder_.path()}, events);
     return runner.run();
-  }
-
-  int conclude() {
-    const RunResults results = folder_.read();
-    for (const TrialKey& key : results.conflicts) {
-      fmt::print(stderr, "trial {} of cell {} has two different records\n", key.trial, key.cell);
-    }
-    const ResultSummary summary = summarize(experiment_, results.trials);
-    fmt::print("{}", result_table(experiment_, summary));
-    if (summary.complete()) {
-      const std::filesystem::path report = write_report(folder_, experiment_, results);
-      fmt::print("\nreport: {}\n", report.string());
-    } else {
-      fmt::print("\n{} of {} trials are there; run the other shards, then merge\n",
-                 summary.pooled.trials, summary.expected_trials);
-    }
-    const bool fine = results.conflicts.empty() && summary.gates_passed();
-    return fine ? kExitOk : kExitGateFailed;
   }
 
   const RunArguments& arguments_;
