@@ -192,15 +192,16 @@ std::vector<Eigen::Isometry3d> with_identity_first(
 }
 
 /// The sign of the enclosed volume tells an inside-out mesh; an open one keeps its orientation.
-bool is_inside_out(const TriangleMesh& mesh, const Eigen::Vector3d& centre) {
+bool is_inside_out(const TriangleMesh& mesh, const Eigen::AlignedBox3d& box) {
+  constexpr double kLeastShare = 1e-4;  // of surface times diagonal: less is no volume
   double volume = 0.0;
   for (const auto& t : mesh.triangles) {
     const auto corner = [&](std::size_t i) {
-      return Eigen::Vector3d(mesh.vertices[static_cast<std::size_t>(t[i])] - centre);
+      return Eigen::Vector3d(mesh.vertices[static_cast<std::size_t>(t[i])] - box.center());
     };
-    volume += corner(0).dot(corner(1).cross(corner(2)));
+    volume += corner(0).dot(corner(1).cross(corner(2))) / 6.0;
   }
-  return volume < 0.0;
+  return volume < -kLeastShare * surface_area(mesh) * box.diagonal().norm();
 }
 
 struct FinitePoints {
@@ -232,7 +233,7 @@ RecognitionModel make_recognition_model(const std::string& name, const TriangleM
     throw InputError(
         fmt::format("model {}: the mesh has no surface; give one with triangles", name));
   }
-  if (is_inside_out(mesh, box.center())) {
+  if (is_inside_out(mesh, box)) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }
   RecognitionModel model;

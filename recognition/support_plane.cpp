@@ -9,6 +9,9 @@
 namespace binpick {
 namespace {
 
+constexpr std::size_t kFitPoints = 4000;  // enough for any plane's parameters
+constexpr int kRejectedPlanes = 2;        // tried and found no support before giving up
+
 using Bow = Eigen::Matrix<double, 6, 1>;
 
 Bow bow_terms(const Eigen::Vector2d& at) {
@@ -71,13 +74,24 @@ std::vector<Eigen::Vector3d> inliers(const SupportPlane& plane,
   return near;
 }
 
+/// At most about `most` of the points, evenly over their order.
+std::vector<Eigen::Vector3d> thinned(const std::vector<Eigen::Vector3d>& points, std::size_t most) {
+  const std::size_t stride = points.size() / most + 1;
+  std::vector<Eigen::Vector3d> some;
+  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
+  return some;
+}
+
+/// RANSAC over point triples; stops when a better plane has become unlikely (eq. (5)).
 std::optional<SupportPlane> draw_best_plane(const std::vector<Eigen::Vector3d>& points, double band,
                                             int samples, Seed seed) {
   constexpr std::size_t kJudges = 1500;
-  const std::size_t stride = std::max<std::size_t>(1, points.size() / kJudges);
+  constexpr double kSuccess = 0.9999;
+  const std::vector<Eigen::Vector3d> judges = thinned(points, kJudges);
   std::optional<SupportPlane> best;
   int most = 0;
-  for (int i = 0; i < samples; ++i) {
+  double needed = samples;
+  for (int i = 0; i < needed; ++i) {
     Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
     const Eigen::Vector3d& a = points[random.index(points.size())];
     const Eigen::Vector3d& b = points[random.index(points.size())];
@@ -87,14 +101,15 @@ std::optional<SupportPlane> draw_best_plane(const std::vector<Eigen::Vector3d>& 
     SupportPlane plane;
     plane.normal = normal.normalized();
     plane.offset = plane.normal.dot(a);
-    int votes = 0;
-    for (std::size_t k = 0; k < points.size(); k += stride) {
-      if (std::abs(plane.normal.dot(points[k]) - plane.offset) < band) ++votes;
-    }
-    if (votes > most) {
-      most = votes;
-      best = plane;
-    }
+    const auto votes =
+        static_cast<int>(std::count_if(judges.begin(), judges.end(), [&](const Eigen::Vector3d& p) {
+          return std::abs(plane.normal.dot(p) - plane.offset) < band;
+        }));
+    if (votes <= most) continue;
+    most = votes;
+    best = plane;
+    const double share = static_cast<double>(votes) / static_cast<double>(judges.size());
+    needed = std::min(needed, std::log1p(-kSuccess) / std::log1p(-std::pow(share, 3)));
   }
   return best;
 }
@@ -137,14 +152,37 @@ bool inside(const std::vector<Eigen::Vector2d>& hull, const Eigen::Vector2d& p) 
 /// Share of points, relative to those of the plane, that the sensor sees through the plane.
 double share_behind(const SupportPlane& plane, const std::vector<Eigen::Vector3d>& on_plane,
                     const std::vector<Eigen::Vector3d>& points) {
-  const std::vector<Eigen::Vector2d> hull = outline(on_plane);
+  // Along the ragged rim of a table one sees past it: the outline is shrunk a little.
+  constexpr double kShrunk = 0.94;
+  const std::vector<Eigen::Vector2d> hull = outline(thinned(on_plane, kFitPoints));
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& corner : hull) middle += corner / static_cast<double>(hull.size());
   std::size_t behind = 0;
   for (const Eigen::Vector3d& p : points) {
-    if (plane.height(p) < -3.0 * plane.tolerance && inside(hull, {p.x() / p.z(), p.y() / p.z()})) {
-      ++behind;
-    }
+    if (plane.height(p) > -3.0 * plane.tolerance) continue;
+    const Eigen::Vector2d seen(p.x() / p.z(), p.y() / p.z());
+    if (inside(hull, middle + (seen - middle) / kShrunk)) ++behind;
   }
   return static_cast<double>(behind) / static_cast<double>(on_plane.size());
+}
+
+/// A drawn plane fitted to all its points, with bow and tolerance; nothing when it has fewer than
+/// `least_points`. `near` receives its points.
+std::optional<SupportPlane> fit_support(const SupportPlane& drawn,
+                                        const std::vector<Eigen::Vector3d>& points, double leaf,
+                                        double least_points, std::vector<Eigen::Vector3d>& near) {
+  near = inliers(drawn, points, leaf);
+  if (static_cast<double>(near.size()) < 0.5 * least_points) return std::nullopt;
+  SupportPlane plane = fit_plane(near);
+  near = inliers(plane, points, leaf);
+  if (static_cast<double>(near.size()) < 0.5 * least_points) return std::nullopt;
+  plane = fit_plane(near);
+  double rms = fit_bow(plane, thinned(near, kFitPoints));
+  near = inliers(plane, points, std::clamp(3.0 * rms, 0.8 * leaf, 2.0 * leaf));
+  if (static_cast<double>(near.size()) < least_points) return std::nullopt;
+  rms = fit_bow(plane, thinned(near, kFitPoints));
+  plane.tolerance = std::clamp(3.0 * rms, 0.8 * leaf, 3.0 * leaf);
+  return plane;
 }
 
 }  // namespace
@@ -162,25 +200,27 @@ std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
   std::vector<SupportPlane> planes;
   // A plane crosses between one and sqrt(3) leaves per leaf area; 1.3 is typical.
   const double least_points = 1.3 * options.least_area / (leaf * leaf);
-  for (int i = 0; i < options.most_planes; ++i) {
-    if (static_cast<double>(rest.size()) < least_points) break;
+  std::vector<Eigen::Vector3d> near;
+  for (int attempt = 0; attempt < options.most_planes + kRejectedPlanes; ++attempt) {
+    if (static_cast<int>(planes.size()) == options.most_planes ||
+        static_cast<double>(rest.size()) < least_points) {
+      break;
+    }
     const auto drawn = draw_best_plane(rest, 0.8 * leaf, options.samples,
-                                       derive_seed(seed, static_cast<std::uint64_t>(i)));
+                                       derive_seed(seed, static_cast<std::uint64_t>(attempt)));
     if (!drawn) break;
-    std::vector<Eigen::Vector3d> near = inliers(*drawn, rest, leaf);
-    if (static_cast<double>(near.size()) < 0.5 * least_points) break;
-    SupportPlane plane = fit_plane(near);
-    near = inliers(plane, rest, leaf);
-    plane = fit_plane(near);
-    double rms = fit_bow(plane, near);
-    near = inliers(plane, rest, std::clamp(3.0 * rms, 0.8 * leaf, 2.0 * leaf));
-    if (static_cast<double>(near.size()) < least_points) break;
-    rms = fit_bow(plane, near);
-    plane.tolerance = std::clamp(3.0 * rms, 0.8 * leaf, 3.0 * leaf);
-    if (share_behind(plane, near, all) > options.most_behind) break;
-    planes.push_back(plane);
+    const auto plane = fit_support(*drawn, rest, leaf, least_points, near);
+    if (!plane) break;
+    if (share_behind(*plane, near, all) > options.most_behind) {
+      // No support, but a smaller plane may be one.
+      std::erase_if(rest, [&](const Eigen::Vector3d& p) {
+        return std::abs(plane->height(p)) < plane->tolerance;
+      });
+      continue;
+    }
+    planes.push_back(*plane);
     std::erase_if(rest,
-                  [&](const Eigen::Vector3d& p) { return plane.height(p) < plane.tolerance; });
+                  [&](const Eigen::Vector3d& p) { return plane->height(p) < plane->tolerance; });
   }
   return planes;
 }
