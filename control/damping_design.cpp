@@ -11,31 +11,56 @@ namespace {
 constexpr double kTolerance = 1e-7;
 constexpr int kMaxSweeps = 20;
 
-/// One Jacobi rotation in the plane (p, q) that zeroes A(p, q) (Golub & Van Loan, section 8.5).
+/// Cosine and sine of a plane rotation.
+struct Rotation {
+  double tangent;
+  double c;
+  double s;
+};
+
+/// The rotation that zeroes the off-diagonal entry of [[a_pp, a_pq], [a_pq, a_qq]] (Golub & Van
+/// Loan, section 8.5). A small one, as nearly all are from tick to tick, by series: the tangent to
+/// third order, which the next sweep corrects, but c to rounding, so that U stays orthogonal.
+Rotation zeroing(double a_pp, double a_pq, double a_qq) noexcept {
+  const double difference = a_qq - a_pp;
+  Rotation rotation;
+  if (std::abs(a_pq) < 0.01 * std::abs(difference)) {
+    const double ratio = a_pq / difference;
+    const double t = ratio * (1.0 - ratio * ratio);
+    const double t2 = t * t;
+    rotation = {t, 1.0 - t2 * (0.5 - t2 * (0.375 - 0.3125 * t2)), 0.0};
+  } else {
+    const double theta = 0.5 * difference / a_pq;
+    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
+    rotation = {t, 1.0 / std::sqrt(t * t + 1.0), 0.0};
+  }
+  rotation.s = rotation.tangent * rotation.c;
+  return rotation;
+}
+
+/// Turns columns p and q.
 template <int N>
-void rotate(Eigen::Matrix<double, N, N>& A, Eigen::Matrix<double, N, N>& U, int p, int q) noexcept {
-  const double theta = 0.5 * (A(q, q) - A(p, p)) / A(p, q);
-  const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
-  const double c = 1.0 / std::sqrt(t * t + 1.0);
-  const double s = t * c;
-  for (int k = 0; k < N; ++k) {
-    const double a_kp = A(k, p);
-    const double a_kq = A(k, q);
-    A(k, p) = c * a_kp - s * a_kq;
-    A(k, q) = s * a_kp + c * a_kq;
-  }
-  for (int k = 0; k < N; ++k) {
-    const double a_pk = A(p, k);
-    const double a_qk = A(q, k);
-    A(p, k) = c * a_pk - s * a_qk;
-    A(q, k) = s * a_pk + c * a_qk;
-  }
-  for (int k = 0; k < N; ++k) {
-    const double u_kp = U(k, p);
-    const double u_kq = U(k, q);
-    U(k, p) = c * u_kp - s * u_kq;
-    U(k, q) = s * u_kp + c * u_kq;
-  }
+void rotate_columns(Eigen::Matrix<double, N, N>& A, int p, int q, const Rotation& by) noexcept {
+  const Eigen::Matrix<double, N, 1> column_p = A.col(p);
+  A.col(p) = by.c * column_p - by.s * A.col(q);
+  A.col(q) = by.s * column_p + by.c * A.col(q);
+}
+
+/// R^T A R for symmetric A.
+template <int N>
+void rotate_symmetric(Eigen::Matrix<double, N, N>& A, int p, int q, const Rotation& by) noexcept {
+  const double a_pp = A(p, p);
+  const double a_pq = A(p, q);
+  const double a_qq = A(q, q);
+  rotate_columns<N>(A, p, q, by);
+  A.row(p) = A.col(p).transpose();
+  A.row(q) = A.col(q).transpose();
+  const double c2 = by.c * by.c;
+  const double s2 = by.s * by.s;
+  const double cs = by.c * by.s;
+  A(p, p) = c2 * a_pp - 2.0 * cs * a_pq + s2 * a_qq;
+  A(q, q) = s2 * a_pp + 2.0 * cs * a_pq + c2 * a_qq;
+  A(p, q) = A(q, p) = (c2 - s2) * a_pq + cs * (a_pp - a_qq);
 }
 
 }  // namespace
@@ -44,19 +69,24 @@ template <int N>
 typename DampingDesign<N>::Vector DampingDesign<N>::diagonalise(const Matrix& A) noexcept {
   const Matrix AU = A.lazyProduct(U_);
   Matrix nearly_diagonal = U_.transpose().lazyProduct(AU);
-  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-    bool done = true;
-    for (int p = 0; p < N - 1; ++p) {
-      for (int q = p + 1; q < N; ++q) {
+  bool done = false;
+  for (int sweep = 0; sweep < kMaxSweeps && !done; ++sweep) {
+    done = true;
+    // Every pair once. The pairs of a round share no index: the processor turns them side by side.
+    for (int round = 0; round < N; ++round) {
+      for (int p = 0; p < N; ++p) {
+        const int q = (round - p + N) % N;
+        if (p >= q) continue;
         const double a_pq = nearly_diagonal(p, q);
         const double scale = nearly_diagonal(p, p) * nearly_diagonal(q, q);
         // Written so that NaN ends the loop: the caller refuses what comes out.
         if (!(a_pq * a_pq > kTolerance * kTolerance * std::abs(scale))) continue;
-        rotate<N>(nearly_diagonal, U_, p, q);
+        const Rotation rotation = zeroing(nearly_diagonal(p, p), a_pq, nearly_diagonal(q, q));
+        rotate_symmetric<N>(nearly_diagonal, p, q, rotation);
+        rotate_columns<N>(U_, p, q, rotation);
         done = false;
       }
     }
-    if (done) break;
   }
   const Vector eigenvalues = nearly_diagonal.diagonal();
   if (!eigenvalues.allFinite()) U_.setIdentity();
