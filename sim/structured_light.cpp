@@ -88,18 +88,25 @@ void roughen_edges(std::vector<float>& z, Size size, const StructuredLightOption
   }
 }
 
-// A surface that the line of sight grazes scatters the pattern away. Along a row, the depth changes
-// by z tan(angle) / f per pixel; the same along a column.
+float smaller_step(float before, float here, float after) noexcept {
+  return std::min(std::abs(here - before), std::abs(after - here));
+}
+
+// A surface that the line of sight grazes scatters the pattern away: there the depth changes by
+// more than z tan(angle) / f per pixel. A step between two surfaces has one small side and stays.
 void drop_grazing(std::vector<float>& z, const std::vector<float>& clean, Size size, double focal,
                   double limit_deg) {
   const auto slope_limit = static_cast<float>(std::tan(limit_deg * M_PI / 180.0) / focal);
   for (int v = 1; v + 1 < size.height; ++v) {
+    const float* above = clean.data() + size.at(0, v - 1);
+    const float* row = clean.data() + size.at(0, v);
+    const float* below = clean.data() + size.at(0, v + 1);
+    float* out = z.data() + size.at(0, v);
     for (int u = 1; u + 1 < size.width; ++u) {
-      const std::size_t i = size.at(u, v);
-      const float du = 0.5f * (clean[i + 1] - clean[i - 1]);
-      const float dv = 0.5f * (clean[size.at(u, v + 1)] - clean[size.at(u, v - 1)]);
-      const float limit = slope_limit * clean[i];
-      if (du * du + dv * dv > limit * limit) z[i] = 0.0f;
+      const float du = smaller_step(row[u - 1], row[u], row[u + 1]);
+      const float dv = smaller_step(above[u], row[u], below[u]);
+      const float limit = slope_limit * row[u];
+      out[u] = du * du + dv * dv > limit * limit ? 0.0f : out[u];
     }
   }
 }

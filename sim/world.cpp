@@ -11,7 +11,8 @@
 namespace binpick {
 namespace {
 
-constexpr double kAway = 50.0;  // height of what is out of the cell, m
+constexpr double kAway = 50.0;         // height of what is out of the cell, m
+constexpr double kBrakeInertia = 1e6;  // kg m^2
 
 bool all_finite(const mjtNum* values, int count) {
   return std::all_of(values, values + count, [](mjtNum value) { return std::isfinite(value); });
@@ -27,6 +28,7 @@ World::World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& phy
       parked_(shared_->parts.objects.size(), true) {
   install_mujoco_handlers();
   enter_physics(physics);
+  close_brakes(arm_held_);
   mj_resetData(model_.get(), data_.get());
   set_arm_position(shared_->parts.scene.overview, shared_->parts.gripper.stroke.high);
   for (int i = 0; i < object_count(); ++i) park_object(i);
@@ -124,7 +126,7 @@ void World::pin() {
     for (std::size_t i = 0; i < kArmJoints; ++i) {
       data_->qpos[shared_->index.arm_qpos[i]] = held_position_[Eigen::Index(i)];
       data_->qvel[shared_->index.arm_dof[i]] = 0.0;
-      // The held arm's weight: with it the pinned joints hardly accelerate within a step.
+      // Sensors of a held arm read its weight.
       data_->ctrl[shared_->index.arm_actuator[i]] = data_->qfrc_bias[shared_->index.arm_dof[i]];
     }
   }
@@ -182,7 +184,16 @@ void World::set_arm_position(const JointVector& q, double width) {
 void World::hold_arm(bool held) {
   arm_held_ = held;
   if (held) held_position_ = sensors().joints.q;
+  close_brakes(held);
   pin();
+}
+
+// A load would still move the joints within a step, before they are put back, and so creep along
+// the arm's surface: closed brakes also make the joints immovably heavy.
+void World::close_brakes(bool closed) {
+  for (const int dof : shared_->index.arm_dof) {
+    model_->dof_armature[dof] = closed ? kBrakeInertia : shared_->model->dof_armature[dof];
+  }
 }
 
 void World::refresh_poses() {
@@ -258,6 +269,7 @@ void World::restore_state(const WorldState& state) {
   data_->time = state.time;
   gripper_ = state.gripper;
   arm_held_ = state.arm_held;
+  close_brakes(arm_held_);
   held_position_ = state.held_position;
   parked_ = state.parked;
 }

@@ -99,6 +99,7 @@ class World {
   void enter_physics(const PhysicsDraw& physics);
   [[nodiscard]] std::optional<double> pair_friction(int pair, const PhysicsDraw& physics) const;
   void place_objects();
+  void close_brakes(bool closed);
   void drive_gripper();
   void pin();
   void pin_object(int object);
