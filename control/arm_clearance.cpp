@@ -109,16 +109,18 @@ double ArmClearance::to_cell(const JointVector& q) const noexcept {
   constexpr int kSteps = 4;
   const std::array<Capsule, kCapsules> arm = capsules(q);
   double smallest = std::numeric_limits<double>::infinity();
-  for (const Part part : {kUpperArm, kForearm, kWrist}) {
+  for (const Part part : {kUpperArm, kForearm}) {
     const Capsule& capsule = arm[part];
     for (int k = 0; k <= kSteps; ++k) {
       const Eigen::Vector3d p = capsule.a + (capsule.b - capsule.a) * (double(k) / kSteps);
       smallest = std::min(smallest, p.z() - capsule.radius - height_below(p, capsule.radius));
     }
   }
-  const Capsule& housing = arm[kHousing];
-  smallest =
-      std::min(smallest, std::min(housing.a.z(), housing.b.z()) - housing.radius - table_height_);
+  for (const Part part : {kWrist, kHousing}) {
+    const Capsule& capsule = arm[part];
+    smallest =
+        std::min(smallest, std::min(capsule.a.z(), capsule.b.z()) - capsule.radius - table_height_);
+  }
   // Fingers end in flat pads: a standing finger may touch the table with its tip.
   for (const Part part : {kLeft, kRight}) {
     smallest = std::min(smallest, std::min(arm[part].a.z(), arm[part].b.z()) - table_height_);

@@ -35,9 +35,9 @@ struct ArmClearanceOptions {
 
 /// How much room the arm has to itself and to the known parts of the cell: the table, the places
 /// up to their rims, the pick region up to the assumed height of a pile. The arm is seven capsules
-/// (column, upper arm, forearm, wrist, gripper housing, two fingers). The gripper is held only
-/// against arm and table: its business is inside bins and piles, and whoever plans its path keeps
-/// it out of them elsewhere. Immutable.
+/// (column, upper arm, forearm, wrist, gripper housing, two fingers). Wrist and gripper are held
+/// only against arm and table: their business is over and in bins and piles, and whoever plans the
+/// tool's path keeps them out elsewhere. Immutable.
 class ArmClearance {
  public:
   static constexpr std::size_t kCapsules = 7;
@@ -50,7 +50,7 @@ class ArmClearance {
 
   /// Smallest gap between parts of the arm that are no neighbours, m.
   [[nodiscard]] double to_itself(const JointVector& q) const noexcept;
-  /// Smallest height of the upper arm, forearm and wrist above what lies below them, and of the
+  /// Smallest height of the upper arm and the forearm above what lies below them, and of wrist and
   /// gripper above the table, m. Along a capsule's axis five points are looked at.
   [[nodiscard]] double to_cell(const JointVector& q) const noexcept;
 

@@ -39,7 +39,7 @@ struct IkOptions {
   /// position at proportional cost. >= 8.
   int swivel_samples = 72;
   /// A solution must keep this margin (see IkSolution) to every joint limit. [0, 1)
-  double min_margin = 0.02;
+  double min_margin = 0.01;
   /// Weight of staying near the seed (largest joint difference over pi) against the margin.
   /// 0: the best posture wherever the arm stands now; 2: hardly leaves the seed's branch.
   double continuity = 0.5;

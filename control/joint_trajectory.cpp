@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -69,6 +70,48 @@ void check(const std::vector<JointVector>& waypoints, const JointLimits& limits,
   }
 }
 
+/// A double-S motion over `delta` that sets off at `start`.
+struct Stroke {
+  const DoubleSProfile* profile;
+  double start;
+  const JointVector* delta;
+};
+
+/// Whether the sum of two motions keeps velocity and acceleration limits.
+bool keeps_limits(const Stroke& first, const Stroke& second, const JointVector& velocity,
+                  const JointVector& acceleration) {
+  constexpr double kSlack = 1.0 + 1e-9;
+  std::array<double, 16> times{};
+  std::size_t count = 0;
+  for (const Stroke& stroke : {first, second}) {
+    for (const double t : stroke.profile->breakpoints()) times[count++] = stroke.start + t;
+  }
+  std::sort(times.begin(), times.end());
+
+  JointVector qd_before = JointVector::Zero();
+  JointVector qdd_before = JointVector::Zero();
+  for (std::size_t k = 0; k < count; ++k) {
+    const PathState a = first.profile->sample(times[k] - first.start);
+    const PathState b = second.profile->sample(times[k] - second.start);
+    const JointVector qd = a.velocity * *first.delta + b.velocity * *second.delta;
+    const JointVector qdd = a.acceleration * *first.delta + b.acceleration * *second.delta;
+    if ((qdd.cwiseAbs() - kSlack * acceleration).maxCoeff() > 0.0) return false;
+    if ((qd.cwiseAbs() - kSlack * velocity).maxCoeff() > 0.0) return false;
+    // Between two times the jerk is constant: where the acceleration changes its sign, the
+    // velocity, a parabola, has its vertex.
+    const double span = k == 0 ? 0.0 : times[k] - times[k - 1];
+    for (int i = 0; i < kArmJoints && span > 0.0; ++i) {
+      if (qdd_before[i] * qdd[i] >= 0.0) continue;
+      const double jerk = (qdd[i] - qdd_before[i]) / span;
+      const double vertex = qd_before[i] - 0.5 * qdd_before[i] * qdd_before[i] / jerk;
+      if (std::abs(vertex) > kSlack * velocity[i]) return false;
+    }
+    qd_before = qd;
+    qdd_before = qdd;
+  }
+  return true;
+}
+
 }  // namespace
 
 JointTrajectory::JointTrajectory(const JointVector& q) : start_(q), goal_(q) {}
@@ -89,18 +132,31 @@ JointTrajectory::JointTrajectory(const std::vector<JointVector>& waypoints,
     segment.profile = DoubleSProfile(1.0, along(segment.delta, allowed));
     if (!segments_.empty()) {
       const Segment& last = segments_.back();
-      segment.start = last.end() - options.blend * std::min(last.profile.ramp_duration(),
-                                                            segment.profile.ramp_duration());
+      const double longest =
+          options.blend * std::min(last.profile.ramp_duration(), segment.profile.ramp_duration());
+      segment.start =
+          last.end() - overlap(last, segment, longest, allowed.velocity, allowed.acceleration);
     }
     segments_.push_back(segment);
   }
+}
 
-  const Peaks found = peaks();
-  const double over_velocity = found.velocity.cwiseQuotient(allowed.velocity).maxCoeff();
-  const double over_acceleration =
-      found.acceleration.cwiseQuotient(allowed.acceleration).maxCoeff();
-  const double over_jerk = found.jerk.cwiseQuotient(allowed.jerk).maxCoeff();
-  scale_ = std::max({1.0, over_velocity, std::sqrt(over_acceleration), std::cbrt(over_jerk)});
+double JointTrajectory::overlap(const Segment& last, Segment next, double longest,
+                                const JointVector& velocity, const JointVector& acceleration) {
+  const auto within_limits = [&](double overlapping) {
+    next.start = last.end() - overlapping;
+    return keeps_limits({&last.profile, last.start, &last.delta},
+                        {&next.profile, next.start, &next.delta}, velocity, acceleration);
+  };
+  if (within_limits(longest)) return longest;
+  double possible = 0.0;
+  double excessive = longest;
+  constexpr int kBisections = 20;
+  for (int i = 0; i < kBisections; ++i) {
+    const double middle = 0.5 * (possible + excessive);
+    (within_limits(middle) ? possible : excessive) = middle;
+  }
+  return possible;
 }
 
 JointSample JointTrajectory::unscaled(double time) const noexcept {
@@ -124,32 +180,6 @@ JointSample JointTrajectory::unscaled(double time) const noexcept {
     sample.qdd += braking.acceleration * last.delta;
   }
   return sample;
-}
-
-JointTrajectory::Peaks JointTrajectory::peaks() const {
-  std::vector<double> times;
-  for (const Segment& segment : segments_) {
-    for (const double t : segment.profile.breakpoints()) times.push_back(segment.start + t);
-  }
-  std::sort(times.begin(), times.end());
-  Peaks peaks;
-  for (std::size_t k = 0; k + 1 < times.size(); ++k) {
-    const double span = times[k + 1] - times[k];
-    if (span < 1e-9) continue;
-    // Jerk is constant in between: acceleration is linear, velocity a parabola.
-    const JointSample begin = unscaled(times[k]);
-    const JointSample end = unscaled(times[k + 1]);
-    const JointVector jerk = (end.qdd - begin.qdd) / span;
-    peaks.jerk = peaks.jerk.cwiseMax(jerk.cwiseAbs());
-    peaks.acceleration = peaks.acceleration.cwiseMax(begin.qdd.cwiseAbs());
-    peaks.velocity = peaks.velocity.cwiseMax(begin.qd.cwiseAbs());
-    for (int i = 0; i < kArmJoints; ++i) {
-      if (begin.qdd[i] * end.qdd[i] >= 0.0) continue;
-      const double vertex = begin.qd[i] - 0.5 * begin.qdd[i] * begin.qdd[i] / jerk[i];
-      peaks.velocity[i] = std::max(peaks.velocity[i], std::abs(vertex));
-    }
-  }
-  return peaks;
 }
 
 JointSample JointTrajectory::sample(double t) const noexcept {

@@ -34,8 +34,9 @@ struct JointSample {
 /// A motion through waypoints, from rest to rest. Between two waypoints all joints move on a
 /// straight line in joint space with one double-S profile (so all start and stop together).
 /// Successive segments overlap in time: the next one sets off while the last one brakes, so that
-/// the path stays in the triangle of the three waypoints. Where the sum would break a limit, the
-/// whole motion is stretched in time; the peaks are found exactly, not by sampling.
+/// the path stays in the triangle of the three waypoints. Where the sum of the two would break a
+/// velocity or acceleration limit they overlap less; the peaks are found exactly, not by sampling.
+/// The jerk limit holds for each segment; in an overlap the sum may reach twice as much.
 class JointTrajectory {
  public:
   /// Standing still at `q`.
@@ -65,14 +66,11 @@ class JointTrajectory {
 
     [[nodiscard]] double end() const noexcept { return start + profile.duration(); }
   };
-  struct Peaks {
-    JointVector velocity = JointVector::Zero();
-    JointVector acceleration = JointVector::Zero();
-    JointVector jerk = JointVector::Zero();
-  };
 
+  /// How long `next` may overlap with `last`, at most `longest`, within the limits.
+  [[nodiscard]] static double overlap(const Segment& last, Segment next, double longest,
+                                      const JointVector& velocity, const JointVector& acceleration);
   [[nodiscard]] JointSample unscaled(double time) const noexcept;
-  [[nodiscard]] Peaks peaks() const;
 
   JointVector start_;
   JointVector goal_;

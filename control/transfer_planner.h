@@ -48,7 +48,7 @@ class TransferPlanner {
                                          const Eigen::Isometry3d& T_world_tcp) const;
 
   /// A comfortable posture with the tool at `p_world` pointing straight down, x towards the base,
-  /// elbow up. Exists for the tool at the height of grasps 0.39 to 0.75 m from the base axis.
+  /// elbow up. Exists for the tool at the height of grasps 0.40 to 0.75 m from the base axis.
   [[nodiscard]] std::optional<JointVector> top_down_posture(const Eigen::Vector3d& p_world) const;
 
   /// Whether the arm at `q` keeps the margin to itself and the cell.

