@@ -13,12 +13,20 @@
 
 #include "models/contained_process.h"
 #include "models/errors.h"
+#include "models/input_bytes.h"
+#include "models/ply_file.h"
 #include "models/surface_data.h"
 
 namespace binpick {
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 256u << 20;
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
 
 void check_file(const std::filesystem::path& file) {
   std::error_code error;
@@ -28,8 +36,7 @@ void check_file(const std::filesystem::path& file) {
   if (std::filesystem::file_size(file, error) > kMaxFileBytes) {
     throw InputError(fmt::format("{}: larger than 256 MB; simplify the mesh", file.string()));
   }
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_extension(file);
   if (extension != ".obj" && extension != ".stl" && extension != ".ply") {
     throw InputError(fmt::format("{}: not a mesh format; give OBJ, STL or PLY", file.string()));
   }
@@ -102,12 +109,9 @@ void append_with_assimp(const std::filesystem::path& file, ByteWriter& out) {
   out.put(triangles.data(), triangles.size());
 }
 
-}  // namespace
-
-std::vector<TriangleMesh> import_meshes(const std::vector<std::filesystem::path>& files,
-                                        double unit) {
+/// The files' surfaces by assimp, in one child process.
+std::vector<SurfaceData> import_with_assimp(const std::vector<std::filesystem::path>& files) {
   if (files.empty()) return {};
-  for (const std::filesystem::path& file : files) check_file(file);
   const ContainedResult result = run_contained([&files] {
     ByteWriter out;
     for (const std::filesystem::path& file : files) append_with_assimp(file, out);
@@ -116,7 +120,7 @@ std::vector<TriangleMesh> import_meshes(const std::vector<std::filesystem::path>
   if (!result.ok) {
     // A crash does not say which of several files was at fault; one at a time it does.
     if (files.size() > 1) {
-      for (const std::filesystem::path& file : files) static_cast<void>(import_mesh(file, unit));
+      for (const std::filesystem::path& file : files) static_cast<void>(import_with_assimp({file}));
     }
     const std::string name = files.front().string();
     throw InputError(result.problem.starts_with(name)
@@ -124,19 +128,41 @@ std::vector<TriangleMesh> import_meshes(const std::vector<std::filesystem::path>
                          : fmt::format("{}: {}; repair the mesh", name, result.problem));
   }
   ByteReader in(result.bytes);
-  std::vector<TriangleMesh> meshes;
-  for (const std::filesystem::path& file : files) {
+  std::vector<SurfaceData> surfaces(files.size());
+  for (SurfaceData& surface : surfaces) {
     std::uint64_t counts[2] = {};
     in.get(counts, 2);
     if (std::max(counts[0], counts[1]) > result.bytes.size()) {
-      throw InputError(fmt::format("{}: the mesh importer's answer is damaged", file.string()));
+      throw InputError(
+          fmt::format("{}: the mesh importer's answer is damaged", files.front().string()));
     }
-    SurfaceData data;
-    data.points.resize(counts[0]);
-    data.triangles.resize(counts[1]);
-    in.get(data.points.data(), data.points.size());
-    in.get(data.triangles.data(), data.triangles.size());
-    meshes.push_back(to_mesh(data, unit, file.string()));
+    surface.points.resize(counts[0]);
+    surface.triangles.resize(counts[1]);
+    in.get(surface.points.data(), surface.points.size());
+    in.get(surface.triangles.data(), surface.triangles.size());
+  }
+  return surfaces;
+}
+
+}  // namespace
+
+std::vector<TriangleMesh> import_meshes(const std::vector<std::filesystem::path>& files,
+                                        double unit) {
+  std::vector<std::filesystem::path> foreign;
+  for (const std::filesystem::path& file : files) {
+    check_file(file);
+    if (lower_extension(file) != ".ply") foreign.push_back(file);
+  }
+  const std::vector<SurfaceData> imported = import_with_assimp(foreign);
+  std::vector<TriangleMesh> meshes;
+  std::size_t next = 0;
+  for (const std::filesystem::path& file : files) {
+    if (lower_extension(file) == ".ply") {
+      InputBytes in(file);
+      meshes.push_back(to_mesh(read_ply(in), unit, file.string()));
+    } else {
+      meshes.push_back(to_mesh(imported[next++], unit, file.string()));
+    }
   }
   return meshes;
 }
