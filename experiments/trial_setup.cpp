@@ -13,12 +13,7 @@ PhysicsDraw physics_of_trial(const std::vector<ObjectModel>& objects, const std:
 }
 
 std::vector<std::filesystem::path> trial_input_files(const std::filesystem::path& scene_file) {
-  std::vector<std::filesystem::path> files;
-  for (std::filesystem::path file = scene_file; !file.empty();) {
-    files.push_back(file);
-    const Scene scene = load_scene(file);
-    file = scene.extends.empty() ? std::filesystem::path() : file.parent_path() / scene.extends;
-  }
+  std::vector<std::filesystem::path> files = scene_files(scene_file);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(models_directory())) {
     const std::string extension = entry.path().extension();
     if (extension == ".yaml" || extension == ".obj" || extension == ".urdf") {

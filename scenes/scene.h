@@ -123,6 +123,10 @@ struct Scene {
 /// @throws InputError with one line `file:line:col: message` per problem.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file);
 
+/// `file` and the files that it extends, in this order.
+/// @throws InputError as load_scene.
+[[nodiscard]] std::vector<std::filesystem::path> scene_files(const std::filesystem::path& file);
+
 /// What the robot's integrator would enter by hand about this cell.
 [[nodiscard]] CellLayout cell_layout(const Scene& scene);
 

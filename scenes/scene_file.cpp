@@ -36,4 +36,15 @@ Scene read_over_base(const std::filesystem::path& file, int depth, bool complete
 
 Scene load_scene(const std::filesystem::path& file) { return read_over_base(file, 0, true); }
 
+std::vector<std::filesystem::path> scene_files(const std::filesystem::path& file) {
+  std::vector<std::filesystem::path> files{file};
+  (void)load_scene(file);  // refuses what cannot be used, endless extension among it
+  while (true) {
+    Scene scene;
+    read_yaml(files.back(), [&](ConfigVisitor& visitor) { scene.visit(visitor); });
+    if (scene.extends.empty()) return files;
+    files.push_back(files.back().parent_path() / scene.extends);
+  }
+}
+
 }  // namespace binpick
