@@ -1,0 +1,61 @@
+#include <benchmark/benchmark.h>
+
+#include "sim/depth_camera.h"
+#include "sim/pile.h"
+#include "sim/world_support.h"
+
+namespace binpick {
+namespace {
+
+using testing::cell;
+using testing::make_world;
+
+void step_standing_bottle(benchmark::State& state) {
+  World world = make_world("blind_bottle");
+  for (auto _ : state) world.step();
+}
+BENCHMARK(step_standing_bottle)->Unit(benchmark::kMicrosecond);
+
+void step_settled_pile_of_seven(benchmark::State& state) {
+  World world = make_world("pile");
+  drop_pile(world, 1);
+  const WorldState settled = world.save_state();
+  for (auto _ : state) world.step();
+}
+BENCHMARK(step_settled_pile_of_seven)->Unit(benchmark::kMicrosecond);
+
+void physics_alone_settled_pile(benchmark::State& state) {
+  World world = make_world("pile");
+  drop_pile(world, 1);
+  for (auto _ : state) mj_step(&world.model(), &world.mutable_data());
+}
+BENCHMARK(physics_alone_settled_pile)->Unit(benchmark::kMicrosecond);
+
+void ideal_depth_frame(benchmark::State& state) {
+  World world = make_world("pile");
+  drop_pile(world, 1);
+  DepthCamera camera(cell("pile"));
+  for (auto _ : state) benchmark::DoNotOptimize(camera.ideal(world).depth.data());
+}
+BENCHMARK(ideal_depth_frame)->Unit(benchmark::kMillisecond);
+
+void noisy_depth_frame(benchmark::State& state) {
+  World world = make_world("pile");
+  drop_pile(world, 1);
+  DepthCamera camera(cell("pile"));
+  Seed frame = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(camera.capture(world, {}, frame++).depth.data());
+  }
+}
+BENCHMARK(noisy_depth_frame)->Unit(benchmark::kMillisecond);
+
+void make_world_of_a_trial(benchmark::State& state) {
+  const auto shared = cell("blind_bottle");
+  const PhysicsDraw draw = centre_physics(shared->parts.objects);
+  for (auto _ : state) benchmark::DoNotOptimize(World(shared, draw).time());
+}
+BENCHMARK(make_world_of_a_trial)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace binpick
