@@ -74,6 +74,24 @@ TEST_F(InverseKinematicsTest, ThePostureThatMadeThePoseIsAmongTheBranchesOfItsSw
   }
 }
 
+TEST_F(InverseKinematicsTest, FindsNarrowIntervalsOfTheSwivelAngle) {
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Isometry3d wanted =
+        arm_.forward_kinematics(random_posture(random_, arm_.limits(), 0.8));
+    double widest = 0.0;
+    constexpr int kFine = 3600;
+    for (int k = 0; k < kFine; ++k) {
+      const double swivel = 2.0 * std::numbers::pi * k / kFine;
+      for (const IkSolution& branch : kinematics_.branches(wanted, swivel)) {
+        widest = std::max(widest, branch.margin);
+      }
+    }
+    IkOptions options;
+    options.min_margin = 0.9999 * widest;
+    EXPECT_TRUE(kinematics_.solve(wanted, JointVector::Zero(), options)) << "pose " << i;
+  }
+}
+
 TEST_F(InverseKinematicsTest, WorksForABaseAnywhere) {
   Eigen::Isometry3d T_world_base = Eigen::Isometry3d::Identity();
   T_world_base.translation() << 0.2, -0.4, 0.9;
