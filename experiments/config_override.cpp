@@ -72,7 +72,9 @@ ConfigOverride ConfigOverride::parse(const std::string& text) {
   const std::string path = text.substr(0, sign);
   const bool empty_key =
       path.empty() || path.front() == '.' || path.back() == '.' || path.find("..") != path.npos;
-  if (sign == std::string::npos || empty_key || sign + 1 == text.size()) {
+  // A line break would begin a key of its own.
+  const bool one_value = sign + 1 < text.size() && text.find_first_of("\r\n") == text.npos;
+  if (sign == std::string::npos || empty_key || !one_value) {
     throw InputError(fmt::format("--set '{}': expected path=value, e.g. trials=20", text));
   }
   return {path, text.substr(sign + 1)};

@@ -78,7 +78,7 @@ std::string check_workers() {
   while (!line && worker.receive()) line = worker.next_reply();
   const auto reply = line ? decode_reply(*line) : std::nullopt;
   if (!reply || reply->type != WorkerReply::Type::kInputError) {
-    throw std::runtime_error("a worker process does not answer: " + worker.wait());
+    throw std::runtime_error("a worker process does not answer: " + worker.wait().text);
   }
   return "a worker process starts and answers";
 }

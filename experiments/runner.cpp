@@ -18,6 +18,8 @@ using std::chrono::duration_cast;
 using std::chrono::milliseconds;
 
 constexpr int kTickMs = 500;
+constexpr int kOwnDeaths = 2;  // a trial is booked as crashed after so many deaths
+constexpr int kDeathsFromOutside = 6;
 constexpr double kLoadLimit = 300.0;  // s; loading is no trial, but must not hang for ever either
 
 }  // namespace
@@ -148,7 +150,7 @@ std::optional<Runner::PendingJob> Runner::take_job() {
     return job;
   }
   if (next_job_ == jobs_.size()) return std::nullopt;
-  return PendingJob{jobs_[next_job_++], false};
+  return PendingJob{jobs_[next_job_++], 0};
 }
 
 void Runner::give_work(Slot& slot) {
@@ -173,17 +175,21 @@ void Runner::finish(const Job& job, TrialRecord record, Clock::time_point starte
 void Runner::handle_end(Slot& slot) {
   const State state = std::exchange(slot.state, State::kEnded);
   if (state == State::kEnded) return;
-  const std::string end = slot.process.wait();
+  const ProcessEnd end = slot.process.wait();
   if (state == State::kLoading) {
-    throw std::runtime_error(fmt::format("a worker ended while loading: {}", end));
+    throw std::runtime_error(fmt::format("a worker ended while loading: {}", end.text));
   }
-  if (state != State::kRunning) return;
-  if (!slot.work.repeated) {
-    repeats_.push_back({slot.work.job, true});
+  if (state == State::kRunning) handle_death(slot, end);
+}
+
+void Runner::handle_death(const Slot& slot, const ProcessEnd& end) {
+  const int deaths = slot.work.deaths + 1;
+  if (deaths < (end.from_outside ? kDeathsFromOutside : kOwnDeaths)) {
+    repeats_.push_back({slot.work.job, deaths});
     return;
   }
   finish(slot.work.job,
-         {TrialOutcome::kCrashed, slot.stage, fmt::format("the process ended by {}", end), {}},
+         {TrialOutcome::kCrashed, slot.stage, fmt::format("the process ended by {}", end.text), {}},
          slot.started);
 }
 

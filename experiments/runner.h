@@ -33,10 +33,10 @@ struct RunnerOptions {
 /// Runs jobs in worker processes, each on one job at a time. Records depend on the job alone, so
 /// neither the number of workers nor their order matters.
 ///
-/// A worker that dies during a trial is replaced and the trial tried once more: a trial that kills
-/// its process does so again and is booked as kCrashed, whereas a worker killed from outside costs
-/// nothing. A trial that exceeds the experiment's wall-clock limit is killed and booked as
-/// kTimeout.
+/// A worker that dies during a trial is replaced and the trial tried again: a trial that kills its
+/// process does so again and is booked as kCrashed, whereas a worker killed from outside (by a
+/// person, or by the kernel when memory is short) costs nothing. A trial that exceeds the
+/// experiment's wall-clock limit is killed and booked as kTimeout.
 class Runner {
  public:
   Runner(const Experiment& experiment, std::vector<Job> jobs, RunnerOptions options,
@@ -54,7 +54,7 @@ class Runner {
 
   struct PendingJob {
     Job job;
-    bool repeated = false;  ///< a worker died of it, or during it
+    int deaths = 0;  ///< of workers, so far
   };
   struct Slot {
     WorkerProcess process;
@@ -73,6 +73,7 @@ class Runner {
   void handle_reply(Slot& slot, const WorkerReply& reply);
   void handle_log(Slot& slot);
   void handle_end(Slot& slot);
+  void handle_death(const Slot& slot, const ProcessEnd& end);
   void check_deadline(Slot& slot);
   void accept_inputs();
   void give_work(Slot& slot);

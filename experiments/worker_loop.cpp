@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cstdio>
 #include <exception>
 #include <optional>
 
@@ -63,6 +64,8 @@ class Worker {
 }  // namespace
 
 int run_worker_loop(const TrialKindRegistry& registry) {
+  // Line by line, so that what a trial prints arrives before its record.
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   LineReader orders{FileDescriptor(kWorkerOrders)};
   const auto setup = next_order(orders);
   if (!setup || setup->type != WorkerOrder::Type::kSetup) return 2;

@@ -83,16 +83,16 @@ void WorkerProcess::kill() noexcept {
   if (pid_.value > 0) ::kill(pid_.value, SIGKILL);
 }
 
-std::string WorkerProcess::wait() {
+ProcessEnd WorkerProcess::wait() {
   int status = 0;
   while (::waitpid(pid_.value, &status, 0) < 0 && errno == EINTR) {
   }
   pid_.value = -1;
-  if (WIFSIGNALED(status)) {
-    const char* name = ::sigabbrev_np(WTERMSIG(status));
-    return fmt::format("signal {} (SIG{})", WTERMSIG(status), name == nullptr ? "?" : name);
-  }
-  return fmt::format("exit code {}", WEXITSTATUS(status));
+  if (!WIFSIGNALED(status)) return {fmt::format("exit code {}", WEXITSTATUS(status)), false};
+  const int signal = WTERMSIG(status);
+  const char* name = ::sigabbrev_np(signal);
+  return {fmt::format("signal {} (SIG{})", signal, name == nullptr ? "?" : name),
+          signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP};
 }
 
 }  // namespace binpick

@@ -10,6 +10,12 @@
 
 namespace binpick {
 
+/// How a process ended.
+struct ProcessEnd {
+  std::string text;           ///< "signal 6 (SIGABRT)" or "exit code 1"
+  bool from_outside = false;  ///< by a signal that others send: SIGKILL, SIGTERM, SIGINT, SIGHUP
+};
+
 /// A child process that runs this very executable as `worker`. It dies with its parent: the kernel
 /// kills it, and its orders end.
 class WorkerProcess {
@@ -33,8 +39,8 @@ class WorkerProcess {
   [[nodiscard]] int log_descriptor() const noexcept { return log_.descriptor(); }
 
   void kill() noexcept;
-  /// Waits for the end and says how it ended, e.g. "signal 6 (SIGABRT)" or "exit code 1".
-  [[nodiscard]] std::string wait();
+  /// Waits for the end.
+  [[nodiscard]] ProcessEnd wait();
 
  private:
   struct Pid {

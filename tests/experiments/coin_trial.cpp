@@ -22,8 +22,13 @@ void CoinTrial::visit(ConfigVisitor& visitor) {
 }
 
 void CoinTrial::prepare(const std::filesystem::path& config_directory) {
-  if (input_.empty() || std::filesystem::exists(config_directory / input_)) return;
-  throw InputError((config_directory / input_).string() + ":1:1: no such file, check `input`");
+  input_size_ = 0;
+  if (input_.empty()) return;
+  const std::filesystem::path file = config_directory / input_;
+  if (!std::filesystem::exists(file)) {
+    throw InputError(file.string() + ":1:1: no such file, check `input`");
+  }
+  input_size_ = std::filesystem::file_size(file);
 }
 
 std::vector<std::filesystem::path> CoinTrial::input_files(
@@ -52,6 +57,7 @@ TrialRecord CoinTrial::run(const TrialContext& context) {
   const double own = Random(context.seeds.own("toss")).uniform();
   TrialRecord record;
   record.measures = {{"shared_toss", shared}, {"own_toss", own}};
+  if (input_size_ > 0) record.measures["input_size"] = double(input_size_);
   record.note = note_;
   if (own < rate_) return record;
   record.outcome = side_ == "heads" ? TrialOutcome::kFailedGrasp : TrialOutcome::kSlipped;

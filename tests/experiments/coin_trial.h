@@ -26,7 +26,8 @@ class CoinTrial final : public TrialKind {
   std::int64_t period_ = 1;  ///< every period-th trial has the fault
   std::string side_ = "heads";
   std::string note_;
-  std::string input_;
+  std::string input_;  ///< a file beside the configuration; its size becomes a measure
+  std::uintmax_t input_size_ = 0;
 };
 
 }  // namespace binpick
