@@ -81,8 +81,8 @@ struct Renderer::Context {
     }
   }
 
-  // Fills the abstract scene as `view` sees the world.
-  void update(World& world, View view) {
+  // Fills the abstract scene as `view` sees the world. Depth needs no textures, which cost time.
+  void update(World& world, View view, bool textures) {
     const bool picture = view == View::kPicture;
     world.refresh_poses();
     mjvOption option;
@@ -91,6 +91,7 @@ struct Renderer::Context {
       option.geomgroup[group] = group == 2 || (group == 4 && picture);
       option.sitegroup[group] = 0;
     }
+    option.flags[mjVIS_TEXTURE] = textures;
     mjvCamera camera;
     mjv_defaultCamera(&camera);
     camera.type = mjCAMERA_FIXED;
@@ -138,7 +139,7 @@ Renderer::~Renderer() = default;
 DepthImage Renderer::depth(World& world, View view, int width, int height) {
   Context& context = *context_;
   context.make_current();
-  context.update(world, view);
+  context.update(world, view, false);
   context.set_flags(false, false);
   context.draw(width, height);
   const auto columns = static_cast<std::size_t>(width);
@@ -164,7 +165,7 @@ DepthImage Renderer::depth(World& world, View view, int width, int height) {
 ColourImage Renderer::colour(World& world, View view, int width, int height) {
   Context& context = *context_;
   context.make_current();
-  context.update(world, view);
+  context.update(world, view, true);
   context.set_flags(true, false);
   context.draw(width, height);
   const std::size_t row_bytes = 3 * static_cast<std::size_t>(width);
@@ -181,7 +182,7 @@ ColourImage Renderer::colour(World& world, View view, int width, int height) {
 SegmentationImage Renderer::segmentation(World& world, View view, int width, int height) {
   Context& context = *context_;
   context.make_current();
-  context.update(world, view);
+  context.update(world, view, false);
   context.set_flags(false, true);
   context.draw(width, height);
   const auto columns = static_cast<std::size_t>(width);

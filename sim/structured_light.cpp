@@ -38,25 +38,33 @@ struct Size {
 std::vector<std::uint8_t> find_edges(const std::vector<float>& z, Size size, float threshold,
                                      int reach) {
   std::vector<std::uint8_t> edges(z.size(), 0);
-  const auto jump = [&](std::size_t a, std::size_t b) {
-    return std::abs(z[a] - z[b]) > threshold * std::min(z[a], z[b]);
+  std::vector<std::uint8_t> jumps(static_cast<std::size_t>(size.width));
+  // jumps[u] says whether here[u] and there[u] are apart; the loop has no branch.
+  const auto compare = [&](const float* here, const float* there, int count) {
+    std::uint8_t any = 0;
+    for (int u = 0; u < count; ++u) {
+      const float nearer = std::min(here[u], there[u]);
+      const std::uint8_t jump = std::abs(here[u] - there[u]) > threshold * nearer ? 1 : 0;
+      jumps[static_cast<std::size_t>(u)] = jump;
+      any = static_cast<std::uint8_t>(any | jump);
+    }
+    return any != 0;
   };
   for (int v = 0; v < size.height; ++v) {
-    const std::size_t row = size.at(0, v);
-    for (int u = 0; u + 1 < size.width; ++u) {
-      const std::size_t i = row + static_cast<std::size_t>(u);
-      if (!jump(i, i + 1)) continue;
-      const int first = std::max(0, u + 1 - reach);
-      const int last = std::min(size.width - 1, u + reach);
-      std::fill(edges.begin() + static_cast<std::ptrdiff_t>(size.at(first, v)),
-                edges.begin() + static_cast<std::ptrdiff_t>(size.at(last, v)) + 1, std::uint8_t{1});
+    const float* row = z.data() + size.at(0, v);
+    if (compare(row, row + 1, size.width - 1)) {
+      for (int u = 0; u + 1 < size.width; ++u) {
+        if (jumps[static_cast<std::size_t>(u)] == 0) continue;
+        const int first = std::max(0, u + 1 - reach);
+        const int last = std::min(size.width - 1, u + reach);
+        std::fill_n(edges.data() + size.at(first, v), last - first + 1, std::uint8_t{1});
+      }
     }
-  }
-  for (int v = 0; v + 1 < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      if (!jump(size.at(u, v), size.at(u, v + 1))) continue;
-      for (int w = std::max(0, v + 1 - reach); w <= std::min(size.height - 1, v + reach); ++w) {
-        edges[size.at(u, w)] = 1;
+    if (v + 1 < size.height && compare(row, row + size.width, size.width)) {
+      for (int u = 0; u < size.width; ++u) {
+        if (jumps[static_cast<std::size_t>(u)] == 0) continue;
+        const int last = std::min(size.height - 1, v + reach);
+        for (int w = std::max(0, v + 1 - reach); w <= last; ++w) edges[size.at(u, w)] = 1;
       }
     }
   }
@@ -65,12 +73,11 @@ std::vector<std::uint8_t> find_edges(const std::vector<float>& z, Size size, flo
 
 // Silhouettes follow the correlation window, not the object: near an edge, patches of 2 x 2 pixels
 // take their depth from a neighbour up to `raggedness` away, and some return nothing.
-void roughen_edges(std::vector<float>& z, Size size, const StructuredLightOptions& options,
-                   Seed seed) {
+void roughen_edges(std::vector<float>& z, const std::vector<float>& clean, Size size,
+                   const StructuredLightOptions& options, Seed seed) {
   const int reach = static_cast<int>(std::ceil(options.edge_raggedness));
   const std::vector<std::uint8_t> edges =
-      find_edges(z, size, static_cast<float>(options.edge_threshold), std::max(1, reach));
-  const std::vector<float> clean = z;
+      find_edges(clean, size, static_cast<float>(options.edge_threshold), std::max(1, reach));
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
       const std::size_t i = size.at(u, v);
@@ -115,94 +122,100 @@ void drop_grazing(std::vector<float>& z, const std::vector<float>& clean, Size s
 // u - f b / z. Where a surface further right is lit at a smaller column, it stands in the light.
 void cast_projector_shadow(std::vector<float>& z, const std::vector<float>& clean, Size size,
                            float focal_baseline) {
+  std::vector<float> columns(static_cast<std::size_t>(size.width));
   for (int v = 0; v < size.height; ++v) {
+    const float* row = clean.data() + size.at(0, v);
+    float* out = z.data() + size.at(0, v);
+    for (int u = 0; u < size.width; ++u) {
+      columns[static_cast<std::size_t>(u)] = static_cast<float>(u) - focal_baseline / row[u];
+    }
     float lit_from = std::numeric_limits<float>::infinity();
     for (int u = size.width - 1; u >= 0; --u) {
-      const std::size_t i = size.at(u, v);
-      if (clean[i] <= 0.0f) continue;
-      const float column = static_cast<float>(u) - focal_baseline / clean[i];
+      if (row[u] <= 0.0f) continue;
+      const float column = columns[static_cast<std::size_t>(u)];
       // A slope is not a shadow: leave half a pixel for rounding.
-      if (column > lit_from + 0.5f) z[i] = 0.0f;
+      if (column > lit_from + 0.5f) out[u] = 0.0f;
       lit_from = std::min(lit_from, column);
     }
   }
 }
 
 // Noise with the given grain: normal values on a coarse grid, interpolated bilinearly and scaled
-// back to unit variance. Neighbouring pixels share a correlation window, hence the grain.
+// back to the stated deviation. Neighbouring pixels share a correlation window, hence the grain.
 class GrainyNoise {
  public:
-  GrainyNoise(Size size, double grain, Seed seed)
+  GrainyNoise(Size size, double grain, float sigma, Seed seed)
       : grain_(static_cast<float>(std::max(1.0, grain))),
-        columns_(static_cast<int>(static_cast<float>(size.width) / grain_) + 2),
-        weights_(static_cast<std::size_t>(size.width)),
-        cells_(static_cast<std::size_t>(size.width)),
-        row_(static_cast<std::size_t>(columns_)),
+        sigma_(sigma),
+        nodes_(static_cast<std::size_t>(static_cast<float>(size.width) / grain_) + 2),
+        values_(static_cast<std::size_t>(size.width)),
         seed_(seed) {
-    for (int u = 0; u < size.width; ++u) {
-      const float position = static_cast<float>(u) / grain_;
-      cells_[static_cast<std::size_t>(u)] = static_cast<int>(position);
-      weights_[static_cast<std::size_t>(u)] = position - std::floor(position);
-    }
+    for (int u = 0; u < size.width; ++u) cells_.push_back(cell_at(u));
   }
 
-  /// Enters image row v.
-  void set_row(int v) {
-    const float position = static_cast<float>(v) / grain_;
-    const int upper = static_cast<int>(position);
-    const float part = position - static_cast<float>(upper);
-    const float scale = norm(part);
-    for (int c = 0; c < columns_; ++c) {
-      row_[static_cast<std::size_t>(c)] =
-          scale * ((1.0f - part) * node(upper, c) + part * node(upper + 1, c));
+  /// The noise of image row v.
+  const std::vector<float>& row(int v) {
+    const Cell across = cell_at(v);
+    for (std::size_t c = 0; c < nodes_.size(); ++c) {
+      nodes_[c] = sigma_ * (across.before * node(across.index, c) +
+                            across.after * node(across.index + 1, c));
     }
-  }
-
-  [[nodiscard]] float at(int u) const noexcept {
-    const auto i = static_cast<std::size_t>(u);
-    const auto cell = static_cast<std::size_t>(cells_[i]);
-    const float part = weights_[i];
-    return norm(part) * ((1.0f - part) * row_[cell] + part * row_[cell + 1]);
+    for (std::size_t u = 0; u < values_.size(); ++u) {
+      const Cell& cell = cells_[u];
+      values_[u] = cell.before * nodes_[cell.index] + cell.after * nodes_[cell.index + 1];
+    }
+    return values_;
   }
 
  private:
-  static float norm(float part) noexcept {
-    return 1.0f / std::sqrt(part * part + (1.0f - part) * (1.0f - part));
+  /// Between nodes `index` and `index` + 1, with weights that keep the variance.
+  struct Cell {
+    std::size_t index;
+    float before;
+    float after;
+  };
+
+  [[nodiscard]] Cell cell_at(int pixel) const noexcept {
+    const float position = static_cast<float>(pixel) / grain_;
+    const auto index = static_cast<std::size_t>(position);
+    const float part = position - static_cast<float>(index);
+    const float norm = 1.0f / std::sqrt(part * part + (1.0f - part) * (1.0f - part));
+    return {index, norm * (1.0f - part), norm * part};
   }
-  [[nodiscard]] float node(int row, int column) const noexcept {
-    const auto index =
-        static_cast<std::uint64_t>(row) * 65536u + static_cast<std::uint64_t>(column);
-    return roughly_normal(hash(seed_, index));
+  [[nodiscard]] float node(std::size_t row, std::size_t column) const noexcept {
+    return roughly_normal(hash(seed_, row * 65536u + column));
   }
 
   float grain_;
-  int columns_;
-  std::vector<float> weights_;
-  std::vector<int> cells_;
-  std::vector<float> row_;
+  float sigma_;
+  std::vector<Cell> cells_;
+  std::vector<float> nodes_;
+  std::vector<float> values_;
   Seed seed_;
 };
 
 // Depth is measured as disparity d = f b / z: an error of sigma z^2 in depth is the same error
-// sigma f b of disparity everywhere.
+// sigma f b of disparity everywhere. Whatever is out of range is lost.
 void measure_disparity(std::vector<float>& z, Size size, const StructuredLightOptions& options,
                        float focal_baseline, Seed seed) {
   const double step = options.disparity_step;
   const double total = options.axial_noise * double{focal_baseline};
   // The stated noise includes what rounding adds: a uniform error of one step.
   const double own = std::sqrt(std::max(0.0, total * total - step * step / 12.0));
-  const auto sigma = static_cast<float>(own);
   const auto grid = static_cast<float>(step);
   const auto per_step = static_cast<float>(step > 0.0 ? 1.0 / step : 0.0);
-  GrainyNoise noise(size, options.noise_grain, seed);
+  const auto nearest = static_cast<float>(options.min_range);
+  const auto furthest = static_cast<float>(options.max_range);
+  GrainyNoise noise(size, options.noise_grain, static_cast<float>(own), seed);
   for (int v = 0; v < size.height; ++v) {
-    noise.set_row(v);
+    const float* error = noise.row(v).data();
     float* row = z.data() + size.at(0, v);
     for (int u = 0; u < size.width; ++u) {
-      if (row[u] <= 0.0f) continue;
-      float disparity = focal_baseline / row[u] + sigma * noise.at(u);
-      if (step > 0.0) disparity = grid * std::floor(disparity * per_step + 0.5f);
-      row[u] = disparity > 0.0f ? focal_baseline / disparity : 0.0f;
+      const float measured = focal_baseline / std::max(row[u], 1e-3f) + error[u];
+      // Disparities are positive: truncation rounds.
+      const float rounded = grid * static_cast<float>(static_cast<int>(measured * per_step + 0.5f));
+      const float depth = focal_baseline / (grid > 0.0f ? rounded : measured);
+      row[u] = row[u] > 0.0f && depth >= nearest && depth <= furthest ? depth : 0.0f;
     }
   }
 }
@@ -227,7 +240,7 @@ void apply_structured_light(RangeImage& image, const StructuredLightOptions& opt
   const std::vector<float> clean = image.depth;
   const auto focal_baseline = static_cast<float>(image.intrinsics.fx * options.baseline);
   if (options.edge_raggedness > 0.0 || options.edge_dropout > 0.0) {
-    roughen_edges(image.depth, size, options, derive_seed(seed, "edges"));
+    roughen_edges(image.depth, clean, size, options, derive_seed(seed, "edges"));
   }
   if (options.grazing_limit_deg < 90.0) {
     drop_grazing(image.depth, clean, size, image.intrinsics.fx, options.grazing_limit_deg);
@@ -237,11 +250,6 @@ void apply_structured_light(RangeImage& image, const StructuredLightOptions& opt
   }
   if (options.bow != 0.0) bend(image.depth, size, options.bow);
   measure_disparity(image.depth, size, options, focal_baseline, derive_seed(seed, "disparity"));
-  for (float& z : image.depth) {
-    if (z < static_cast<float>(options.min_range) || z > static_cast<float>(options.max_range)) {
-      z = 0.0f;
-    }
-  }
 }
 
 }  // namespace binpick

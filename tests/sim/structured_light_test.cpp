@@ -136,19 +136,18 @@ TEST(StructuredLight, GrazedSurfacesReturnNothingAndStepsStay) {
   options.projector_shadow = false;
   options.edge_dropout = 0.0;
   options.edge_raggedness = 0.0;
-  // A floor seen at 85 degrees off its normal: z tan(85 deg) per radian of elevation.
-  RangeImage steep = image_of([](double, double y) { return 1.0 / (1.0 - 11.0 * 0.1 * y); });
-  const RangeImage flat = wall_at(1.0);
-  RangeImage kept = flat;
-  apply_structured_light(kept, options, 1);
-  EXPECT_EQ(std::count(kept.depth.begin(), kept.depth.end(), 0.0f), 0);
+  // A plane through (0, 0, 1 m) whose normal is `angle` off the line of sight there.
+  const auto centre_seen_at = [&](double angle_deg) {
+    const double slope = std::tan(angle_deg * M_PI / 180.0);
+    RangeImage image = image_of([slope](double, double y) { return 1.0 / (1.0 - slope * y); });
+    apply_structured_light(image, options, 1);
+    return image.at(kWidth / 2, kHeight / 2);
+  };
+  EXPECT_GT(centre_seen_at(options.grazing_limit_deg - 3.0), 0.0f);
+  EXPECT_EQ(centre_seen_at(options.grazing_limit_deg + 3.0), 0.0f);
   RangeImage stepped = plate();
   apply_structured_light(stepped, options, 1);
   EXPECT_EQ(std::count(stepped.depth.begin(), stepped.depth.end(), 0.0f), 0);
-  steep = image_of(
-      [](double, double y) { return 1.0 / (1.0 - 11.4 * y / (1.0 + 20.0 * std::abs(y))); });
-  apply_structured_light(steep, options, 1);
-  EXPECT_EQ(steep.at(320, 239), 0.0f);
 }
 
 TEST(StructuredLight, OffLeavesTheImageAlone) {
