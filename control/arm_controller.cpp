@@ -10,10 +10,12 @@ namespace {
 
 constexpr double kLongestPeriod = 0.1;  // s
 
-// Beyond its speed limit a joint is no longer driven on, over this share of the limit, and braked
-// as if by a time constant of 10 ms. Both only take energy out.
+// Beyond the speed that is allowed a joint is no longer driven on, over this share of its speed
+// limit, and braked as if by a time constant of 10 ms. Both only take energy out.
 constexpr double kSpeedFade = 0.1;
 constexpr double kSpeedBrake = 100.0;  // 1/s
+// Towards a position limit no joint may be faster than would take it there in this time, s.
+constexpr double kLimitApproach = 0.03;
 
 bool finite(const JointState& state) noexcept {
   return state.q.allFinite() && state.qd.allFinite() && state.tau.allFinite() &&
@@ -117,7 +119,7 @@ JointVector ArmController::tick(const JointState& state, double dt) noexcept {
   if (mode_ == ControlMode::kSafeStop) return safe_stop(state.qd, dt);
   if (hold_) hold_present_pose();
 
-  const JointVector control = within_speed(control_torques(dt));
+  const JointVector control = within_joint_limits(control_torques(dt));
   const std::optional<JointVector> tau = limiter_.limit(status_.dynamics.gravity, control, dt);
   if (!tau) {
     raise(ControlFault::kBadTarget);
@@ -206,15 +208,19 @@ JointVector ArmController::control_torques(double dt) noexcept {
   return tau;
 }
 
-JointVector ArmController::within_speed(JointVector control) const noexcept {
-  const JointVector& limit = model_.limits().velocity;
+JointVector ArmController::within_joint_limits(JointVector control) const noexcept {
+  const JointLimits& limits = model_.limits();
   for (int i = 0; i < kArmJoints; ++i) {
-    const double excess = std::abs(status_.qd[i]) - limit[i];
+    const double q = status_.q[i];
+    const double qd = status_.qd[i];
+    const double room = qd > 0.0 ? limits.upper[i] - q : q - limits.lower[i];
+    const double allowed = std::min(limits.velocity[i], std::max(room, 0.0) / kLimitApproach);
+    const double excess = std::abs(qd) - allowed;
     if (excess <= 0.0) continue;
-    if (control[i] * status_.qd[i] > 0.0) {
-      control[i] *= std::max(0.0, 1.0 - excess / (kSpeedFade * limit[i]));
+    if (control[i] * qd > 0.0) {
+      control[i] *= std::max(0.0, 1.0 - excess / (kSpeedFade * limits.velocity[i]));
     }
-    control[i] -= kSpeedBrake * status_.dynamics.M(i, i) * std::copysign(excess, status_.qd[i]);
+    control[i] -= kSpeedBrake * status_.dynamics.M(i, i) * std::copysign(excess, qd);
   }
   return control;
 }

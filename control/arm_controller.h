@@ -122,8 +122,9 @@ class ArmController {
   void approach_target(double dt) noexcept;
   void sense(const JointState& state, double dt) noexcept;
   [[nodiscard]] JointVector control_torques(double dt) noexcept;
-  /// `control` without what would drive a joint on beyond its speed limit, and with a brake.
-  [[nodiscard]] JointVector within_speed(JointVector control) const noexcept;
+  /// `control` without what would drive a joint on beyond its speed limit, or into its position
+  /// limit, and with a brake.
+  [[nodiscard]] JointVector within_joint_limits(JointVector control) const noexcept;
   /// Enters the safe stop; the first fault is remembered.
   void raise(ControlFault fault) noexcept;
   /// Gravity compensation and a brake against `qd`.

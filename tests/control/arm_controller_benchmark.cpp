@@ -5,6 +5,7 @@
 
 #include "control/arm_controller.h"
 #include "control/arm_plant.h"
+#include "control/test_arm.h"
 
 namespace binpick {
 namespace {
@@ -28,7 +29,7 @@ std::array<JointState, 1000> moving_states(const ArmModel& model) {
 /// Time per control tick, s: observer, wrench, contact classification, impedance, null space,
 /// limits. Report the median of repetitions.
 void tick(benchmark::State& bench, ControlMode mode) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const std::array<JointState, 1000> states = moving_states(model);
   ArmController controller(model);
   if (mode == ControlMode::kCartesian) {
@@ -47,7 +48,7 @@ BENCHMARK_CAPTURE(tick, cartesian, ControlMode::kCartesian);
 BENCHMARK_CAPTURE(tick, joint, ControlMode::kJoint);
 
 void evaluate_dynamics(benchmark::State& bench) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const std::array<JointState, 1000> states = moving_states(model);
   std::size_t i = 0;
   for (auto _ : bench) {

@@ -7,8 +7,6 @@
 
 #include "control/arm_model.h"
 #include "control/operational_space.h"
-#include "models/gripper_description.h"
-#include "models/robot_description.h"
 
 namespace binpick {
 
@@ -82,8 +80,6 @@ inline ArmPlant::External wrench_at_tool(const Vector6& wrench) {
     return JointVector(dynamics.J.transpose() * wrench);
   };
 }
-
-inline ArmModel test_arm() { return ArmModel(load_lwr(), load_gripper()); }
 
 /// Tool pointing down in front of the arm, and two poses in general position.
 inline std::vector<JointVector> test_poses() {

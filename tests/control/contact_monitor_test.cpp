@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "control/arm_plant.h"
+#include "control/test_arm.h"
 #include "models/errors.h"
 
 namespace binpick {
@@ -63,13 +64,13 @@ TEST(ContactMonitor, AnElbowCollisionShowsInTheJoints) {
 }
 
 TEST(ContactMonitor, PhasesDifferInTheirJointThresholds) {
-  const JointLimits limits = test_arm().limits();
+  const JointLimits limits = testing::make_arm().limits();
   const ContactThresholds free = ContactThresholds::for_phase(ContactPhase::kFree, limits);
   EXPECT_NEAR(free.joint_torque[0], 0.05 * limits.effort[0], 1e-12);
   EXPECT_NEAR(free.joint_torque[6], 2.0, 1e-12);
   // Where the tool may touch, 15 N at the tool centre, whatever their direction, stay below the
   // joint thresholds: the paper's criterion decides.
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   for (const ContactPhase phase :
        {ContactPhase::kApproach, ContactPhase::kGrasp, ContactPhase::kPlace}) {
     const ContactThresholds thresholds = ContactThresholds::for_phase(phase, limits);

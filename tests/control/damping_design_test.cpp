@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include "control/arm_plant.h"
+#include "control/test_arm.h"
 #include "models/random.h"
 
 namespace binpick {
@@ -28,7 +29,7 @@ Matrix6 tool_inertia(const ArmModel& model, const JointVector& q) {
 const Vector6 kNoCap = Vector6::Constant(1e9);
 
 TEST(DampingDesign, AgreesWithTheGeneralisedEigenproblem) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   for (const JointVector& pose : test_poses()) {
     for (const Vector6& K : table_one_stiffnesses()) {
       const Matrix6 Lambda = tool_inertia(model, pose);
@@ -42,7 +43,7 @@ TEST(DampingDesign, AgreesWithTheGeneralisedEigenproblem) {
 
 TEST(DampingDesign, WhatItRemembersDoesNotChangeTheResult) {
   // 20 000 ticks of a fast motion with stiffness jumps: a fresh design agrees at every 100th.
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const std::vector<Vector6> stiffnesses = table_one_stiffnesses();
   DampingDesign<6> design;
   const JointVector middle = test_poses()[1];
@@ -64,7 +65,7 @@ TEST(DampingDesign, WhatItRemembersDoesNotChangeTheResult) {
 
 TEST(DampingDesign, JointSpaceDampingIsTheGeometricMean) {
   // D M^-1 D = 4 zeta^2 K characterises it.
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointVector K = (JointVector() << 1500, 1500, 1000, 1000, 600, 300, 300).finished();
   for (const JointVector& pose : test_poses()) {
     const JointMatrix M = model.evaluate(pose, JointVector::Zero()).M;

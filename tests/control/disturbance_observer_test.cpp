@@ -7,6 +7,7 @@
 #include "control/arm_plant.h"
 #include "control/joint_impedance.h"
 #include "control/joint_trajectory.h"
+#include "control/test_arm.h"
 #include "models/errors.h"
 #include "models/random.h"
 
@@ -57,7 +58,7 @@ double crossing(const std::vector<double>& samples, double level) {
 }
 
 TEST(DisturbanceObserver, FollowsAJointTorqueWithItsTimeConstantAlone) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   for (const double gain : {50.0, 100.0}) {
     for (const JointVector& pose : test_poses()) {
       for (int joint = 0; joint < kArmJoints; ++joint) {
@@ -80,7 +81,7 @@ TEST(DisturbanceObserver, FollowsAJointTorqueWithItsTimeConstantAlone) {
 }
 
 TEST(DisturbanceObserver, EstimatesAToolWrench) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   for (const JointVector& pose : test_poses()) {
     for (int axis = 0; axis < 6; ++axis) {
       WatchedArm arm(model, pose, 50.0);
@@ -95,7 +96,7 @@ TEST(DisturbanceObserver, EstimatesAToolWrench) {
 }
 
 TEST(DisturbanceObserver, SeesNothingDuringAFastFreeMotion) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const std::vector<JointVector> poses = test_poses();
   const JointTrajectory trajectory({poses[0], poses[1], poses[2], poses[0]}, model.limits(),
                                    {.speed = 1.0});
@@ -111,7 +112,7 @@ TEST(DisturbanceObserver, SeesNothingDuringAFastFreeMotion) {
 }
 
 TEST(DisturbanceObserver, IsUnbiasedUnderSensorNoise) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointVector pose = test_poses()[1];
   const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
   DisturbanceObserver observer({.gain = 50.0});
@@ -129,7 +130,7 @@ TEST(DisturbanceObserver, IsUnbiasedUnderSensorNoise) {
 }
 
 TEST(DisturbanceObserver, TimeConstantDoesNotDependOnThePeriod) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointVector pose = test_poses()[0];
   const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
   const JointVector tau = dynamics.gravity - JointVector::Ones();
@@ -142,7 +143,7 @@ TEST(DisturbanceObserver, TimeConstantDoesNotDependOnThePeriod) {
 }
 
 TEST(DisturbanceObserver, ZeroTakesTheOffsetAway) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointVector pose = test_poses()[0];
   const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
   const JointVector offset = JointVector::LinSpaced(-0.3, 0.3);

@@ -4,6 +4,7 @@
 
 #include "control/arm_plant.h"
 #include "control/joint_trajectory.h"
+#include "control/test_arm.h"
 #include "models/errors.h"
 
 namespace binpick {
@@ -17,7 +18,7 @@ void step(JointImpedance& law, ArmPlant& plant, const JointTarget& target,
 }
 
 TEST(JointImpedance, StaticStiffnessIsAsAsked) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointImpedanceOptions options;
   for (const JointVector& pose : test_poses()) {
     for (int joint = 0; joint < kArmJoints; ++joint) {
@@ -33,7 +34,7 @@ TEST(JointImpedance, StaticStiffnessIsAsAsked) {
 }
 
 TEST(JointImpedance, TracksAFastMotionWithoutLag) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const std::vector<JointVector> poses = test_poses();
   const JointTrajectory trajectory({poses[0], poses[1], poses[2]}, model.limits(), {.speed = 1.0});
   JointImpedance law(model.limits(), {});
@@ -49,7 +50,7 @@ TEST(JointImpedance, TracksAFastMotionWithoutLag) {
 }
 
 TEST(JointImpedance, SpringIsBoundedHoweverFarTheTarget) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   JointImpedance law(model.limits(), {.max_spring_share = 0.2});
   const JointVector pose = test_poses()[0];
   const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
@@ -59,7 +60,7 @@ TEST(JointImpedance, SpringIsBoundedHoweverFarTheTarget) {
 }
 
 TEST(JointImpedance, StoresNoMoreEnergyThanIsPutIn) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointImpedanceOptions options;
   JointImpedance law(model.limits(), options);
   const JointVector pose = test_poses()[1];

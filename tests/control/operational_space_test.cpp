@@ -5,12 +5,13 @@
 #include <Eigen/LU>
 
 #include "control/arm_plant.h"
+#include "control/test_arm.h"
 
 namespace binpick {
 namespace {
 
 TEST(OperationalSpace, AgreesWithDenseLinearAlgebra) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   for (const JointVector& pose : test_poses()) {
     const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
     const OperationalSpace space(dynamics.M, dynamics.J);
@@ -31,7 +32,7 @@ TEST(OperationalSpace, AgreesWithDenseLinearAlgebra) {
 }
 
 TEST(OperationalSpace, WrenchOfToolForceIsThatForce) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const Vector6 force = (Vector6() << 3, -7, 15, 0.2, -0.4, 0.1).finished();
   for (const JointVector& pose : test_poses()) {
     const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
@@ -42,7 +43,7 @@ TEST(OperationalSpace, WrenchOfToolForceIsThatForce) {
 
 TEST(OperationalSpace, CapHoldsAtSingularities) {
   // Stretched upwards, the arm cannot move along z.
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const ArmDynamics dynamics = model.evaluate(JointVector::Zero(), JointVector::Zero());
   const InertiaCap cap{.mass = 50.0, .inertia = 5.0};
   const OperationalSpace space(dynamics.M, dynamics.J, cap);

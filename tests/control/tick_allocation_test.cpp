@@ -5,6 +5,7 @@
 
 #include "control/arm_controller.h"
 #include "control/arm_plant.h"
+#include "control/test_arm.h"
 
 // Every allocation of this program passes here: operator new and Eigen both end in malloc. The
 // sanitizers replace malloc themselves and do not want company.
@@ -51,7 +52,7 @@ TEST(TickAllocation, TheCounterCounts) {
 }
 
 TEST(TickAllocation, NeitherTickNorSettersAllocate) {
-  const ArmModel model = test_arm();
+  const ArmModel model = testing::make_arm();
   const JointVector pose = test_poses()[0];
   const ContactThresholds thresholds =
       ContactThresholds::for_phase(ContactPhase::kApproach, model.limits());

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "control/arm_plant.h"
+#include "control/test_arm.h"
 #include "models/errors.h"
 #include "models/random.h"
 
@@ -12,7 +13,7 @@ namespace binpick {
 namespace {
 
 TEST(TorqueLimiter, LeavesTorquesWithinTheLimitsAlone) {
-  const JointLimits limits = test_arm().limits();
+  const JointLimits limits = testing::make_arm().limits();
   TorqueLimiter limiter(limits, {.rate = 1e9});
   const JointVector gravity = 0.2 * limits.effort;
   const JointVector control = -0.5 * limits.effort;
@@ -21,7 +22,7 @@ TEST(TorqueLimiter, LeavesTorquesWithinTheLimitsAlone) {
 }
 
 TEST(TorqueLimiter, ScalesControlUniformlyAndGravityNever) {
-  const JointLimits limits = test_arm().limits();
+  const JointLimits limits = testing::make_arm().limits();
   Random random(derive_seed(5, "torques"));
   for (int trial = 0; trial < 1000; ++trial) {
     TorqueLimiter limiter(limits, {.rate = 1e9});
@@ -41,7 +42,7 @@ TEST(TorqueLimiter, ScalesControlUniformlyAndGravityNever) {
 }
 
 TEST(TorqueLimiter, LimitsTheRateOfEveryJoint) {
-  const JointLimits limits = test_arm().limits();
+  const JointLimits limits = testing::make_arm().limits();
   TorqueLimiter limiter(limits, {});
   const JointVector gravity = JointVector::Constant(3.0);
   JointVector last = gravity;
@@ -54,7 +55,7 @@ TEST(TorqueLimiter, LimitsTheRateOfEveryJoint) {
 }
 
 TEST(TorqueLimiter, RefusesWhatIsNotFinite) {
-  TorqueLimiter limiter(test_arm().limits(), {});
+  TorqueLimiter limiter(testing::make_arm().limits(), {});
   const JointVector good = JointVector::Zero();
   for (const double bad : {NAN, INFINITY, -INFINITY}) {
     JointVector broken = good;
@@ -67,7 +68,7 @@ TEST(TorqueLimiter, RefusesWhatIsNotFinite) {
 }
 
 TEST(TorqueLimiter, RefusesARateWithoutMeaning) {
-  EXPECT_THROW(TorqueLimiter(test_arm().limits(), {.rate = 0.0}), InputError);
+  EXPECT_THROW(TorqueLimiter(testing::make_arm().limits(), {.rate = 0.0}), InputError);
 }
 
 }  // namespace
