@@ -197,7 +197,11 @@ void World::close_brakes(bool closed) {
 }
 
 void World::refresh_poses() {
+  // mj_kinematics normalises quaternions in place, to other last bits: looking must not change the
+  // world.
+  const std::vector<mjtNum> qpos(data_->qpos, data_->qpos + model_->nq);
   mj_kinematics(model_.get(), data_.get());
+  std::copy(qpos.begin(), qpos.end(), data_->qpos);
   mj_camlight(model_.get(), data_.get());
 }
 

@@ -154,6 +154,24 @@ TEST(DepthCamera, ServesSeveralWorldsOfItsTemplate) {
   EXPECT_EQ(camera.ideal(with).depth, camera.ideal(with).depth);
 }
 
+TEST(DepthCamera, LookingDoesNotChangeTheFuture) {
+  const auto shared = cell("single_bottle");
+  DepthCamera camera(shared);
+  const auto run = [&](bool looking) {
+    World world(shared, centre_physics(shared->parts.objects));
+    world.hold_arm(false);
+    for (int i = 0; i < 300; ++i) {
+      world.step();
+      if (looking) {
+        (void)world.T_world_tcp();
+        if (i % 50 == 0) (void)camera.ideal(world);
+      }
+    }
+    return world.save_state().numbers;
+  };
+  EXPECT_EQ(run(true), run(false));
+}
+
 TEST(Renderer, RefusesImagesLargerThanItsBuffer) {
   World world = make_world("single_bottle");
   Renderer renderer(cell("single_bottle"), 64, 48);
