@@ -68,6 +68,10 @@ int reproduce_from_results(const ReproduceArguments& arguments, const TrialKindR
                                  arguments.source, key.trial, key.cell));
   }
   warn_about_differences(results.manifest, RunManifest::of(experiment));
+  if (stored->second.record.outcome == TrialOutcome::kCrashed) {
+    fmt::print(stderr, "note: this trial crashed ({}); it may end this process too\n",
+               stored->second.record.note);
+  }
   const TrialRecord again = run_again(experiment, arguments);
   const bool same = identical(again, stored->second.record);
   fmt::print("{}\n", to_json(again));
@@ -88,7 +92,10 @@ void add_reproduce_command(CLI::App& app, const TrialKindRegistry& registry, int
   command->add_option("--trial", arguments->trial, "number, from 0")
       ->check(CLI::NonNegativeNumber)
       ->required();
-  command->add_option("--set", arguments->settings, "path=value, with an experiment file only");
+  command
+      ->add_option("--set", arguments->settings,
+                   "path=value, with an experiment file only; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("--video", arguments->video, "film the trial into this file");
   command->add_option("--trace", arguments->trace, "write the trial's signals into this folder");
   command->callback([arguments, &registry, &exit_code] {

@@ -149,8 +149,10 @@ void add_run_command(CLI::App& app, const TrialKindRegistry& registry, int& exit
   CLI::App* command = app.add_subcommand(
       "run", "Run an experiment: the trials that its results folder does not hold yet");
   command->add_option("CONFIG", arguments->config, "experiment file (YAML)")->required();
-  command->add_option("--set", arguments->settings,
-                      "path=value, put in place of the file's value; may be repeated");
+  command
+      ->add_option("--set", arguments->settings,
+                   "path=value, put in place of the file's value; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("--trials", arguments->trials, "trials per cell");
   command->add_option("--seed", arguments->seed, "master seed");
   command->add_option("--out", arguments->out,

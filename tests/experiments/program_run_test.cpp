@@ -110,6 +110,15 @@ TEST_F(ProgramRun, MoreTrialsExtendARun) {
   EXPECT_TRUE(canonical("grown") == canonical("whole"));
 }
 
+TEST_F(ProgramRun, SettingsMayStandBeforeTheConfiguration) {
+  configure("rate: 0.6");
+  ASSERT_EQ(run({"run", "--set", "trials=2", "--set", "seed=9", "coin.yaml", "--out", "out"}), 0)
+      << err_;
+  const std::string config = read_whole_file(folder_ / "out" / "config.yaml");
+  EXPECT_THAT(config, HasSubstr("trials: 2"));
+  EXPECT_THAT(config, HasSubstr("seed: 9"));
+}
+
 TEST_F(ProgramRun, TheDefaultFolderIsKeyedByTheConfiguration) {
   configure("rate: 0.6");
   ASSERT_EQ(run({"run", "coin.yaml"}), 0);
