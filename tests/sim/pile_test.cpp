@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "sim/world_support.h"
 
 namespace binpick {
@@ -65,6 +71,45 @@ TEST(Pile, FrameKeepsObjectsInUntilItIsTakenAway) {
   world.set_frame_present(false);
   step_for(world, 0.5);
   EXPECT_GT(world.object_pose(0).translation().y(), recipe.centre.y() + 0.5 * recipe.frame_size);
+}
+
+TEST(Containers, HoldWhatIsLetGoOverTheirSlots) {
+  World world = make_world("pile");
+  const CellLayout layout = cell_layout(world.shared().parts.scene);
+  Random random(12);
+  std::vector<std::pair<int, const Place*>> placed;
+  for (const Place& place : layout.places) {
+    std::size_t slot = 0;
+    for (int i = 0; i < world.object_count(); ++i) {
+      const std::string& name = world.object_model(i).name;
+      if (std::find(place.objects.begin(), place.objects.end(), name) == place.objects.end()) {
+        continue;
+      }
+      Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+      T.translation().head<2>() = place.slots[slot++ % place.slots.size()];
+      T.translation().z() = 0.09;
+      if (place.rim_height > 0.0) {
+        T.linear() = (Eigen::AngleAxisd(random.uniform(-0.3, 0.3), Eigen::Vector3d::UnitZ()) *
+                      Eigen::AngleAxisd(0.5 * M_PI, Eigen::Vector3d::UnitX()))
+                         .toRotationMatrix();
+      } else {
+        T.translation().z() = 0.06;
+      }
+      world.set_object_pose(i, T);
+      placed.emplace_back(i, &place);
+      step_for(world, 0.6);
+    }
+  }
+  ASSERT_EQ(placed.size(), 7u);
+  EXPECT_TRUE(settle(world, 5.0));
+  for (const auto& [object, place] : placed) {
+    const Container& container =
+        world.shared().parts.scene.containers[std::size_t(place - layout.places.data())];
+    const Eigen::Vector2d offset =
+        world.object_pose(object).translation().head<2>() - container.centre;
+    EXPECT_TRUE((offset.cwiseAbs().array() < 0.5 * container.size.array()).all())
+        << container.name << ' ' << offset.transpose();
+  }
 }
 
 }  // namespace
