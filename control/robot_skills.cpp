@@ -94,9 +94,10 @@ void RobotSkills::go_to_overview() {
   manipulator_.command_gripper(
       {parts_.gripper.stroke.high, options_.grip.speed, options_.grip.force});
   for (int attempt = 0; attempt < kOverviewAttempts; ++attempt) {
-    if (travel(parts_.planner.plan(manipulator_.state().joints.q, parts_.layout.overview), {}) ==
-        SkillResult::kDone)
+    if (travel(parts_.planner.plan(manipulator_.state().joints.q, parts_.layout.overview),
+               options_.free_motion, {}) == SkillResult::kDone) {
       break;
+    }
     withdraw(parts_.layout.transfer_height);
   }
   manipulator_.hold(kSettleTime);
@@ -131,7 +132,8 @@ SkillResult RobotSkills::grasp(const GraspPlan& plan) {
   enter(ContactPhase::kFree, options_.collision_force);
   manipulator_.command_gripper({plan.grasp->pre_opening, options_.grip.speed, options_.grip.force});
   const SkillResult end =
-      travel(parts_.planner.plan(manipulator_.state().joints.q, plan.T_world_pregrasp), {});
+      travel(parts_.planner.plan(manipulator_.state().joints.q, plan.T_world_pregrasp),
+             options_.free_motion, {});
   return end == SkillResult::kDone ? execute_grasp(plan) : end;
 }
 
@@ -180,7 +182,7 @@ SkillResult RobotSkills::carry(const GraspPlan& plan, const Place& place,
   if (!placement_) return SkillResult::kUnreachable;
   enter(ContactPhase::kGrasp, options_.loaded_collision_force);
   return travel(parts_.planner.plan(manipulator_.state().joints.q, placement_->T_world_above),
-                watching_load());
+                options_.loaded_motion, watching_load());
 }
 
 std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
@@ -242,10 +244,8 @@ SkillResult RobotSkills::place(const GraspPlan&, const Place&, const Eigen::Vect
 }
 
 SkillResult RobotSkills::travel(const std::optional<TransferPlanner::Path>& path,
-                                const MotionStops& stops) {
+                                const JointMotionOptions& motion, const MotionStops& stops) {
   if (!path) return SkillResult::kUnreachable;
-  JointMotionOptions motion;
-  motion.speed = options_.joint_speed;
   return to_result(
       manipulator_.follow(JointTrajectory(*path, parts_.model.limits(), motion), stops));
 }

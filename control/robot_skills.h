@@ -21,8 +21,11 @@ struct SkillOptions {
   double collision_force = 15.0;  ///< N, while moving freely and approaching
   /// N, while lifting and carrying: the load and what it rubs against are not collisions.
   double loaded_collision_force = 40.0;
-  bool reaction = true;         ///< whether a collision ends a motion (Fig. 4) or not (Fig. 7)
-  double joint_speed = 0.6;     ///< share of the joints' speed limits in transfers
+  bool reaction = true;  ///< whether a collision ends a motion (Fig. 4) or not (Fig. 7)
+  JointMotionOptions free_motion{.speed = 0.7};  ///< transfers with empty jaws
+  /// Transfers of a held object: below 1.5 m/s^2 at the tool, so that inertia adds little to the
+  /// weight that the pads hold by friction.
+  JointMotionOptions loaded_motion{.speed = 0.4, .acceleration_time = 0.8, .jerk_time = 0.3};
   double approach_speed = 0.1;  ///< m/s, along the approach vector
   double lift_speed = 0.2;      ///< m/s
   double lift_height = 0.15;    ///< m
@@ -73,7 +76,7 @@ class RobotSkills final : public ManipulationSkills {
   void enter(ContactPhase phase, double collision_force);
   /// Along a planned path; kUnreachable if there is none.
   [[nodiscard]] SkillResult travel(const std::optional<TransferPlanner::Path>& path,
-                                   const MotionStops& stops);
+                                   const JointMotionOptions& motion, const MotionStops& stops);
   void withdraw(double height);
   void weigh();
   [[nodiscard]] MotionStops watching_load() const;
