@@ -182,7 +182,7 @@ void ArmController::approach_target(double dt) noexcept {
   }
   // 1 + 2 cos(angle between the two) is the sum of the entries' products.
   const double cosine = 0.5 * (now.linear().cwiseProduct(goal.linear()).sum() - 1.0);
-  if (cosine < std::cos(turn)) {
+  if (cosine < 1.0 - 0.5 * turn * turn) {
     const Eigen::AngleAxisd rotation(now.linear().transpose() * goal.linear());
     now.linear() = now.linear() * Eigen::AngleAxisd(turn, rotation.axis());
   } else {
@@ -191,19 +191,17 @@ void ArmController::approach_target(double dt) noexcept {
 }
 
 JointVector ArmController::control_torques(double dt) noexcept {
-  const bool starting = starting_;
-  starting_ = false;
+  if (starting_) start_law();
+  approach_target(dt);
   if (mode_ == ControlMode::kJoint) {
-    if (starting) joint_.reset();
     status_.spring_wrench.setZero();
-    return joint_.torques(status_.dynamics, status_.q, status_.qd, joint_target_);
+    const JointTarget target{q_equilibrium_, joint_target_.qd, joint_target_.qdd};
+    return joint_.torques(status_.dynamics, status_.q, status_.qd, target);
   }
-  if (starting) {
-    cartesian_.start(status_.q);
-    if (posture_) cartesian_.set_posture(*posture_);
-  }
+  const CartesianTarget target{T_world_equilibrium_, cartesian_target_.twist,
+                               cartesian_target_.acceleration};
   const JointVector tau =
-      cartesian_.torques(status_.dynamics, space_, status_.q, status_.qd, cartesian_target_, dt);
+      cartesian_.torques(status_.dynamics, space_, status_.q, status_.qd, target, dt);
   status_.spring_wrench = cartesian_.spring_wrench();
   return tau;
 }

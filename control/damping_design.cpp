@@ -21,7 +21,7 @@ struct Rotation {
 /// The rotation that zeroes the off-diagonal entry of [[a_pp, a_pq], [a_pq, a_qq]] (Golub & Van
 /// Loan, section 8.5). A small one, as nearly all are from tick to tick, by series: the tangent to
 /// third order, which the next sweep corrects, but c to rounding, so that U stays orthogonal.
-Rotation zeroing(double a_pp, double a_pq, double a_qq) noexcept {
+inline Rotation zeroing(double a_pp, double a_pq, double a_qq) noexcept {
   const double difference = a_qq - a_pp;
   Rotation rotation;
   if (std::abs(a_pq) < 0.01 * std::abs(difference)) {
@@ -40,7 +40,8 @@ Rotation zeroing(double a_pp, double a_pq, double a_qq) noexcept {
 
 /// Turns columns p and q.
 template <int N>
-void rotate_columns(Eigen::Matrix<double, N, N>& A, int p, int q, const Rotation& by) noexcept {
+inline void rotate_columns(Eigen::Matrix<double, N, N>& A, int p, int q,
+                           const Rotation& by) noexcept {
   const Eigen::Matrix<double, N, 1> column_p = A.col(p);
   A.col(p) = by.c * column_p - by.s * A.col(q);
   A.col(q) = by.s * column_p + by.c * A.col(q);
@@ -48,7 +49,8 @@ void rotate_columns(Eigen::Matrix<double, N, N>& A, int p, int q, const Rotation
 
 /// R^T A R for symmetric A.
 template <int N>
-void rotate_symmetric(Eigen::Matrix<double, N, N>& A, int p, int q, const Rotation& by) noexcept {
+inline void rotate_symmetric(Eigen::Matrix<double, N, N>& A, int p, int q,
+                             const Rotation& by) noexcept {
   const double a_pp = A(p, p);
   const double a_pq = A(p, q);
   const double a_qq = A(q, q);
