@@ -17,8 +17,8 @@ struct PileReport {
 
 /// Drops the scene's objects one after the other, in random order, place and orientation, into the
 /// frame, waits for rest, takes the frame away and waits again. A pile that spills over the pick
-/// region's border or never rests is built again with other draws, up to twenty times; the report is
-/// the last attempt's. Same seed, same pile, bit for bit. The arm is held meanwhile. Five to ten
+/// region's border or never rests is built again with other draws, up to twenty times; the report
+/// is the last attempt's. Same seed, same pile, bit for bit. The arm is held meanwhile. Five to ten
 /// simulated seconds per attempt for seven objects.
 /// @throws SimulationDiverged
 PileReport drop_pile(World& world, Seed seed);

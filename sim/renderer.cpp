@@ -33,8 +33,8 @@ void keep_rasterizer_on_this_thread() {
 
 struct Renderer::Context {
   std::shared_ptr<const WorldTemplate> shared;
-  std::unique_ptr<osmesa_context, OsMesaDeleter> gl;
   std::vector<unsigned char> window;  // OSMesa wants a buffer even for off-screen targets
+  std::unique_ptr<osmesa_context, OsMesaDeleter> gl;
   mjrContext render{};
   mjvScene scene{};
   std::vector<float> depth;

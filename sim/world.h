@@ -88,6 +88,9 @@ class World {
   void restore_state(const WorldState& state);
 
   [[nodiscard]] const WorldTemplate& shared() const noexcept { return *shared_; }
+  [[nodiscard]] const std::shared_ptr<const WorldTemplate>& shared_template() const noexcept {
+    return shared_;
+  }
   [[nodiscard]] const mjModel& model() const noexcept { return *model_; }
   [[nodiscard]] const mjData& data() const noexcept { return *data_; }
   /// For renderers, which MuJoCo wants to hand a mutable world, and for tests.

@@ -99,6 +99,9 @@ TEST(Gripper, HoldsAHeavyBottleForTenSecondsWithoutSlip) {
   step_for(world, 10.0);
   EXPECT_TRUE(world.object_between_pads(0));
   EXPECT_LT((world.object_pose(0).translation() - start).norm(), 1e-3);
+  // The bottle's weight, and nothing else, rests on the robot; the jaws' squeeze cancels.
+  const Eigen::Vector3d weight(0.0, 0.0, -1.1 * 9.81);
+  EXPECT_LT((world.contact_force_on_robot() - weight).norm(), 0.05);
 }
 
 TEST(Gripper, LosesWhatFrictionCannotHold) {
