@@ -24,11 +24,6 @@ double median_depth(const RangeImage& image) {
   return static_cast<double>(*middle);
 }
 
-/// The distance between neighbouring points on a surface that faces the sensor.
-double point_spacing(const RangeImage& image) {
-  return median_depth(image) / std::max(image.intrinsics.fx, 1e-9);
-}
-
 float leaf_size_for(const RangeImage& image, const SceneScale& scale) {
   return static_cast<float>(std::max(scale.leaf_size, 2.0 * point_spacing(image)));
 }
@@ -87,6 +82,10 @@ float depth_of_block(const RangeImage& image, int u0, int v0, int block) {
 }
 
 }  // namespace
+
+double point_spacing(const RangeImage& image) {
+  return median_depth(image) / std::max(image.intrinsics.fx, 1e-9);
+}
 
 ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, int jobs, Seed seed)
     : octree_({}, 1.0f) {

@@ -54,6 +54,10 @@ struct Projection {
   }
 };
 
+/// The distance between neighbouring points on a surface that faces the sensor at the median depth,
+/// m; 0 when nothing was measured.
+[[nodiscard]] double point_spacing(const RangeImage& image);
+
 /// What the recognizer must know about models to look at a scene in the right scale.
 struct SceneScale {
   double leaf_size = 0.0;  ///< finest leaf, m; the scene's resolution may ask for a coarser one

@@ -38,11 +38,11 @@ std::size_t collect_pairs(const RecognitionModel& model, std::uint32_t index,
     for (const OrientedPoint& v : model.surface) {
       const float squared = (v.p - u.p).squaredNorm();
       if (squared < nearest * nearest || squared > farthest * farthest) continue;
+      const auto frame = pair_frame(u, v);
+      if (!frame) continue;
       ++considered;
       const PairDescriptor f = pair_descriptor(u, v);
       if (options.drop_coplanar && is_coplanar(f)) continue;
-      const auto frame = pair_frame(u, v);
-      if (!frame) continue;
       const Eigen::Isometry3f inverse = frame->inverse();
       pairs.push_back({PairTable::cell(f), index, inverse.matrix().topRows<3>()});
     }

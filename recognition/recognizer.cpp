@@ -323,6 +323,30 @@ SupportPlane moved(const SupportPlane& plane, const Eigen::Isometry3d& T) {
   return result;
 }
 
+/// Why the models cannot be in the image for their size alone; empty when they can.
+std::string size_mismatch(const RangeImage& image, const ModelLibrary& library) {
+  constexpr double kFewestPointsAcross = 8.0;  // a model must be this many points wide
+  constexpr double kSmallestExtent = 0.25;     // of a model's diameter
+  const double spacing = point_spacing(image);
+  if (!(spacing > 0.0)) return "the scene is empty";
+  double diameter = library.models().front().diameter;
+  for (const RecognitionModel& model : library.models()) {
+    diameter = std::min(diameter, static_cast<double>(model.diameter));
+  }
+  if (kFewestPointsAcross * spacing > diameter) {
+    return fmt::format(
+        "scene points are {:.3g} m apart, too far for a model of {:.3g} m; check the units",
+        spacing, diameter);
+  }
+  const double extent = spacing * std::max(image.intrinsics.width, image.intrinsics.height);
+  if (extent < kSmallestExtent * diameter) {
+    return fmt::format(
+        "the scene is {:.3g} m wide, too small for a model of {:.3g} m; check the units", extent,
+        diameter);
+  }
+  return {};
+}
+
 }  // namespace
 
 Recognizer::Recognizer(std::shared_ptr<const ModelLibrary> library, RecognizerOptions options)
@@ -363,6 +387,9 @@ RecognitionResult Recognizer::recognize(const RangeImage& image,
         image.depth.size(), camera.width, camera.height, camera.fx, camera.fy));
   }
   Stopwatch watch;
+  RecognitionResult unfit;
+  unfit.note = size_mismatch(image, *library_);
+  if (!unfit.note.empty()) return unfit;
   RecognitionResult result = Run(*library_, options_, image, seed).recognize();
   for (Detection& detection : result.detections) {
     detection.T_scene_model = T_scene_camera * detection.T_scene_model;

@@ -198,8 +198,8 @@ std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
   for (const Eigen::Vector3f& p : octree.points()) all.push_back(p.cast<double>());
   std::vector<Eigen::Vector3d> rest = all;
   std::vector<SupportPlane> planes;
-  // A plane crosses between one and sqrt(3) leaves per leaf area; 1.3 is typical.
-  const double least_points = 1.3 * options.least_area / (leaf * leaf);
+  // A noisy plane fills about 1.5 leaves per leaf area.
+  const double least_points = 1.5 * options.least_area / (leaf * leaf);
   std::vector<Eigen::Vector3d> near;
   for (int attempt = 0; attempt < options.most_planes + kRejectedPlanes; ++attempt) {
     if (static_cast<int>(planes.size()) == options.most_planes ||

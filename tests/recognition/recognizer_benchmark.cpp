@@ -1,0 +1,92 @@
+#include <benchmark/benchmark.h>
+
+#include "recognition/acceptance_function.h"
+#include "recognition/recognizer.h"
+#include "recognition/render_verification.h"
+#include "recognition/shapes.h"
+#include "recognition/synthetic_scene.h"
+
+namespace binpick {
+namespace {
+
+using testing::SceneKind;
+
+const testing::SyntheticScene& pile() {
+  static const testing::SyntheticScene scene =
+      testing::SceneGenerator(testing::known_objects()).make(SceneKind::kPile, 4);
+  return scene;
+}
+
+const RangeImage& frame() {
+  static const RangeImage image = testing::add_kinect_noise(pile().clean, {}, 4);
+  return image;
+}
+
+std::shared_ptr<const ModelLibrary> library() {
+  static const auto shared = std::make_shared<const ModelLibrary>(testing::known_objects());
+  return shared;
+}
+
+/// A 640 x 480 frame of a pile of seven, three models, refinement included; stages as counters, ms.
+void recognize_frame(benchmark::State& state) {
+  RecognizerOptions options;
+  options.jobs = static_cast<int>(state.range(0));
+  const Recognizer recognizer(library(), options);
+  Seed seed = 0;
+  for (auto _ : state) {
+    const RecognitionResult result = recognizer.recognize(frame(), seed++);
+    for (const StageTiming& timing : result.timings) {
+      state.counters[timing.stage] += 1e3 * timing.seconds;
+    }
+  }
+  for (auto& [name, counter] : state.counters) counter.flags = benchmark::Counter::kAvgIterations;
+}
+BENCHMARK(recognize_frame)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void prepare_library(benchmark::State& state) {
+  const std::vector<ModelSource> sources = testing::known_objects();
+  for (auto _ : state) benchmark::DoNotOptimize(ModelLibrary(sources).pairs().size());
+}
+BENCHMARK(prepare_library)->Unit(benchmark::kMillisecond);
+
+void observe_scene(benchmark::State& state) {
+  for (auto _ : state) {
+    const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, 1, 1);
+    benchmark::DoNotOptimize(observed.object_leaves().size());
+  }
+}
+BENCHMARK(observe_scene)->Unit(benchmark::kMillisecond);
+
+void test_hypothesis(benchmark::State& state) {
+  const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, 1, 1);
+  const RecognitionModel& model = library()->models()[pile().instances[0].model];
+  const Eigen::Isometry3f truth = pile().instances[0].T_camera_model.cast<float>();
+  std::vector<Eigen::Isometry3f> poses;
+  Random random(5);
+  for (int i = 0; i < 1024; ++i) {
+    Eigen::Isometry3f T = truth;
+    T.linear() = random.rotation().cast<float>().toRotationMatrix();
+    poses.push_back(T);
+  }
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        test_in_cascade(observed, model, poses[i++ % poses.size()], {0.006f, 0.18f, 0.2f}));
+  }
+}
+BENCHMARK(test_hypothesis);
+
+void verify_hypothesis(benchmark::State& state) {
+  const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, 1, 1);
+  const RecognitionModel& model = library()->models()[pile().instances[0].model];
+  const Eigen::Isometry3f truth = pile().instances[0].T_camera_model.cast<float>();
+  DepthRasterizer rasterizer;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        compare_by_rendering(rasterizer, observed, model, truth, 0.003f).matched);
+  }
+}
+BENCHMARK(verify_hypothesis)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace binpick
