@@ -3,11 +3,17 @@
 #include <fmt/format.h>
 
 #include "models/errors.h"
+#include "sim/renderer.h"
+#include "sim/video_writer.h"
 
 namespace binpick {
 namespace {
 
 constexpr long kStepsPerTraceRow = 10;
+constexpr int kFramesPerSecond = 25;
+constexpr long kStepsPerFrame = 1000 / kFramesPerSecond;
+constexpr int kFilmWidth = 960;
+constexpr int kFilmHeight = 540;
 
 std::ofstream open_for_writing(const std::filesystem::path& file) {
   std::ofstream stream(file);
@@ -17,9 +23,17 @@ std::ofstream open_for_writing(const std::filesystem::path& file) {
 
 }  // namespace
 
-struct TrialRecorder::Film {};
+struct TrialRecorder::Film {
+  Renderer renderer;
+  VideoWriter writer;
+
+  Film(const std::filesystem::path& file, const std::shared_ptr<const WorldTemplate>& shared)
+      : renderer(shared, kFilmWidth, kFilmHeight),
+        writer(file, kFilmWidth, kFilmHeight, kFramesPerSecond) {}
+};
 
 TrialRecorder::TrialRecorder(const TrialContext& context, World& world) : world_(world) {
+  if (context.video) film_ = std::make_unique<Film>(*context.video, world.shared_template());
   if (!context.trace) return;
   std::error_code error;
   std::filesystem::create_directories(*context.trace, error);
@@ -39,6 +53,9 @@ std::function<void(World&)> TrialRecorder::callback() {
 
 void TrialRecorder::record(World& world) {
   if (trace_.is_open() && steps_ % kStepsPerTraceRow == 0) write_trace_row(world);
+  if (film_ && steps_ % kStepsPerFrame == 0) {
+    film_->writer.add(film_->renderer.colour(world, View::kPicture, kFilmWidth, kFilmHeight));
+  }
   ++steps_;
 }
 
