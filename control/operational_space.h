@@ -13,8 +13,8 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 /// Largest apparent inertia of the tool centre that the controller reckons with. Towards a
 /// singularity the true one grows without bound, and with it every torque computed from it.
 struct InertiaCap {
-  double mass = 50.0;    ///< kg; outside singularities the arm shows less than 20 kg
-  double inertia = 5.0;  ///< kg m^2
+  double mass = 50.0;    ///< kg; in working poses the arm shows some 10 kg
+  double inertia = 5.0;  ///< kg m^2; there 0.5
 };
 
 /// The arm's inertia seen at the tool centre, world axes (Khatib 1987), and the dynamically
