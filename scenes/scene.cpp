@@ -198,7 +198,7 @@ CellLayout cell_layout(const Scene& scene) {
     place.objects = container.objects;
     place.slots = container.slots;
     if (place.slots.empty()) place.slots.push_back(container.centre);
-    place.p_world = place.slots.front();
+    place.p_world = container.centre;
     place.size = container.size;
     place.floor_height = 0.0;
     place.rim_height = container.wall_height;
