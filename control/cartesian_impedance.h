@@ -5,16 +5,10 @@
 
 #include "control/arm_model.h"
 #include "control/damping_design.h"
+#include "control/motion_target.h"
 #include "control/operational_space.h"
 
 namespace binpick {
-
-/// Where the tool centre should be and how it should move; world axes.
-struct CartesianTarget {
-  Eigen::Isometry3d T_world_tcp = Eigen::Isometry3d::Identity();
-  Vector6 twist = Vector6::Zero();         ///< m/s, rad/s; of the tool centre
-  Vector6 acceleration = Vector6::Zero();  ///< m/s^2, rad/s^2
-};
 
 struct CartesianImpedanceOptions {
   /// Translational (N/m) and rotational (Nm/rad) stiffness along and about the tool's x, y, z.

@@ -45,11 +45,11 @@ CartesianTrajectory::CartesianTrajectory(const Eigen::Isometry3d& from, const Ei
   profile_ = DoubleSProfile(1.0, slowest);
 }
 
-CartesianSample CartesianTrajectory::sample(double t) const noexcept {
+CartesianTarget CartesianTrajectory::sample(double t) const noexcept {
   if (t >= profile_.duration()) return {to_, Vector6::Zero(), Vector6::Zero()};
   const PathState path = profile_.sample(t);
   const double angle = rotation_.norm();
-  CartesianSample sample;
+  CartesianTarget sample;
   sample.T_world_tcp = from_;
   sample.T_world_tcp.translation() += path.position * travel_;
   if (angle > 0.0) {

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "control/double_s_profile.h"
-#include "control/operational_space.h"
+#include "control/motion_target.h"
 
 namespace binpick {
 
@@ -17,14 +17,6 @@ struct CartesianMotionLimits {
   [[nodiscard]] static CartesianMotionLimits at_speed(double metres_per_second) noexcept;
 };
 
-/// A point of a Cartesian motion. Rows 0-2 linear motion of the tool centre, 3-5 angular; world
-/// axes.
-struct CartesianSample {
-  Eigen::Isometry3d T_world_tcp = Eigen::Isometry3d::Identity();
-  Vector6 twist = Vector6::Zero();         ///< m/s, rad/s
-  Vector6 acceleration = Vector6::Zero();  ///< m/s^2, rad/s^2
-};
-
 /// The tool centre on a straight line, turning about one fixed axis (slerp), both with the same
 /// double-S profile, from rest to rest.
 class CartesianTrajectory {
@@ -34,7 +26,7 @@ class CartesianTrajectory {
                       const CartesianMotionLimits& limits = {});
 
   /// Before 0 the start, after `duration()` the end. Allocates nothing.
-  [[nodiscard]] CartesianSample sample(double t) const noexcept;
+  [[nodiscard]] CartesianTarget sample(double t) const noexcept;
 
   [[nodiscard]] double duration() const noexcept { return profile_.duration(); }
   [[nodiscard]] const Eigen::Isometry3d& goal() const noexcept { return to_; }

@@ -2,15 +2,9 @@
 
 #include "control/arm_model.h"
 #include "control/damping_design.h"
+#include "control/motion_target.h"
 
 namespace binpick {
-
-/// Where the joints should be and how they should move.
-struct JointTarget {
-  JointVector q = JointVector::Zero();    ///< rad
-  JointVector qd = JointVector::Zero();   ///< rad/s
-  JointVector qdd = JointVector::Zero();  ///< rad/s^2
-};
 
 struct JointImpedanceOptions {
   /// Nm/rad.

@@ -159,7 +159,7 @@ double JointTrajectory::overlap(const Segment& last, Segment next, double longes
   return possible;
 }
 
-JointSample JointTrajectory::unscaled(double time) const noexcept {
+JointTarget JointTrajectory::unscaled(double time) const noexcept {
   const auto later =
       std::upper_bound(segments_.begin(), segments_.end(), time,
                        [](double t, const Segment& segment) { return t < segment.start; });
@@ -168,7 +168,7 @@ JointSample JointTrajectory::unscaled(double time) const noexcept {
   // A ramp is at most half a segment, so that no more than two segments are under way at once.
   const Segment& present = *std::prev(later);
   const PathState state = present.profile.sample(time - present.start);
-  JointSample sample;
+  JointTarget sample;
   sample.q = present.from + state.position * present.delta;
   sample.qd = state.velocity * present.delta;
   sample.qdd = state.acceleration * present.delta;
@@ -182,10 +182,10 @@ JointSample JointTrajectory::unscaled(double time) const noexcept {
   return sample;
 }
 
-JointSample JointTrajectory::sample(double t) const noexcept {
+JointTarget JointTrajectory::sample(double t) const noexcept {
   if (!(t > 0.0)) return {start_, JointVector::Zero(), JointVector::Zero()};
   if (t >= duration()) return {goal_, JointVector::Zero(), JointVector::Zero()};
-  JointSample sample = unscaled(t / scale_);
+  JointTarget sample = unscaled(t / scale_);
   sample.qd /= scale_;
   sample.qdd /= scale_ * scale_;
   return sample;

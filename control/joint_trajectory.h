@@ -5,6 +5,7 @@
 
 #include "control/arm_model.h"
 #include "control/double_s_profile.h"
+#include "control/motion_target.h"
 
 namespace binpick {
 
@@ -24,13 +25,6 @@ struct JointMotionOptions {
   double blend = 0.5;
 };
 
-/// A point of a joint motion.
-struct JointSample {
-  JointVector q = JointVector::Zero();    ///< rad
-  JointVector qd = JointVector::Zero();   ///< rad/s
-  JointVector qdd = JointVector::Zero();  ///< rad/s^2
-};
-
 /// A motion through waypoints, from rest to rest. Between two waypoints all joints move on a
 /// straight line in joint space with one double-S profile (so all start and stop together).
 /// Successive segments overlap in time: the next one sets off while the last one brakes, so that
@@ -48,7 +42,7 @@ class JointTrajectory {
                   const JointMotionOptions& options = {});
 
   /// Before 0 the start, after `duration()` the end. O(log segments), allocates nothing.
-  [[nodiscard]] JointSample sample(double t) const noexcept;
+  [[nodiscard]] JointTarget sample(double t) const noexcept;
 
   [[nodiscard]] double duration() const noexcept;
   [[nodiscard]] const JointVector& start() const noexcept { return start_; }
@@ -70,7 +64,7 @@ class JointTrajectory {
   /// How long `next` may overlap with `last`, at most `longest`, within the limits.
   [[nodiscard]] static double overlap(const Segment& last, Segment next, double longest,
                                       const JointVector& velocity, const JointVector& acceleration);
-  [[nodiscard]] JointSample unscaled(double time) const noexcept;
+  [[nodiscard]] JointTarget unscaled(double time) const noexcept;
 
   JointVector start_;
   JointVector goal_;

@@ -46,19 +46,15 @@ MotionEnd Manipulator::run(double duration, const MotionStops& stops, SetTarget 
 
 MotionEnd Manipulator::follow(const JointTrajectory& trajectory, const MotionStops& stops) {
   cartesian_ = false;
-  return run(trajectory.duration(), stops, [&](double t) {
-    const JointSample sample = trajectory.sample(t);
-    controller_.set_joint_target({sample.q, sample.qd, sample.qdd});
-  });
+  return run(trajectory.duration(), stops,
+             [&](double t) { controller_.set_joint_target(trajectory.sample(t)); });
 }
 
 MotionEnd Manipulator::follow(const CartesianTrajectory& trajectory, const MotionStops& stops) {
   cartesian_ = true;
   T_set_point_ = trajectory.goal();
-  return run(trajectory.duration(), stops, [&](double t) {
-    const CartesianSample sample = trajectory.sample(t);
-    controller_.set_cartesian_target({sample.T_world_tcp, sample.twist, sample.acceleration});
-  });
+  return run(trajectory.duration(), stops,
+             [&](double t) { controller_.set_cartesian_target(trajectory.sample(t)); });
 }
 
 MotionEnd Manipulator::move_line(const Eigen::Isometry3d& T_world_goal,

@@ -137,10 +137,10 @@ TEST(ArmController, RaisesNoFalseAlarmInFastFreeMotions) {
     const double duration = (joint_motion ? joints.duration() : line.duration()) + 0.1;
     for (double t = kControlPeriod; t < duration; t += kControlPeriod) {
       if (joint_motion) {
-        const JointSample sample = joints.sample(t);
+        const JointTarget sample = joints.sample(t);
         arm.controller.set_joint_target({sample.q, sample.qd, sample.qdd});
       } else {
-        const CartesianSample sample = line.sample(t);
+        const CartesianTarget sample = line.sample(t);
         arm.controller.set_cartesian_target(
             {sample.T_world_tcp, sample.twist, sample.acceleration});
       }
@@ -173,7 +173,7 @@ FloorImpact run_into_floor(double speed, double floor_stiffness, bool react) {
   double touched = INFINITY;
   bool stopped = false;
   for (double t = 0.0; t < line.duration() + 0.6; t += kControlPeriod) {
-    const CartesianSample sample = line.sample(t);
+    const CartesianTarget sample = line.sample(t);
     if (!stopped) {
       arm.controller.set_cartesian_target({sample.T_world_tcp, sample.twist, sample.acceleration});
     }

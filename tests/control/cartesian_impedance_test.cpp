@@ -148,7 +148,7 @@ TEST(CartesianImpedance, FeedForwardRemovesTheTrackingLag) {
     const CartesianTrajectory line(start, goal, limits);
     for (double t = kControlPeriod; t < line.duration() + 0.2; t += kControlPeriod) {
       // The torques of this period lead from this state to the next set-point.
-      const CartesianSample sample = line.sample(t - kControlPeriod);
+      const CartesianTarget sample = line.sample(t - kControlPeriod);
       loop.target.T_world_tcp = sample.T_world_tcp;
       if (feed_forward) {
         loop.target.twist = sample.twist;

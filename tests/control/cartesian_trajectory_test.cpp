@@ -49,9 +49,9 @@ TEST(CartesianTrajectory, TwistAndAccelerationAreTheDerivatives) {
   const CartesianTrajectory trajectory(random_pose(random), random_pose(random));
   constexpr double kStep = 1e-5;
   for (double t = 0.01; t < trajectory.duration() - 0.01; t += 0.017) {
-    const CartesianSample before = trajectory.sample(t - kStep);
-    const CartesianSample here = trajectory.sample(t);
-    const CartesianSample after = trajectory.sample(t + kStep);
+    const CartesianTarget before = trajectory.sample(t - kStep);
+    const CartesianTarget here = trajectory.sample(t);
+    const CartesianTarget after = trajectory.sample(t + kStep);
     Vector6 twist;
     twist << after.T_world_tcp.translation() - before.T_world_tcp.translation(),
         rotation_between(before.T_world_tcp.linear(), after.T_world_tcp.linear());
@@ -68,7 +68,7 @@ TEST(CartesianTrajectory, RespectsLinearAndAngularLimits) {
     limits.angular.velocity = random.uniform(0.2, 3.0);
     const CartesianTrajectory trajectory(random_pose(random), random_pose(random), limits);
     for (double t = 0.0; t <= trajectory.duration(); t += 0.002) {
-      const CartesianSample sample = trajectory.sample(t);
+      const CartesianTarget sample = trajectory.sample(t);
       EXPECT_LE(sample.twist.head<3>().norm(), limits.linear.velocity + 1e-9);
       EXPECT_LE(sample.twist.tail<3>().norm(), limits.angular.velocity + 1e-9);
       EXPECT_LE(sample.acceleration.head<3>().norm(), limits.linear.acceleration + 1e-9);

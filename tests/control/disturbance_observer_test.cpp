@@ -103,7 +103,7 @@ TEST(DisturbanceObserver, SeesNothingDuringAFastFreeMotion) {
   WatchedArm arm(model, poses[0], 50.0);
   double worst = 0.0;
   for (double t = 0.0; t < trajectory.duration(); t += kControlPeriod) {
-    const JointSample sample = trajectory.sample(t);
+    const JointTarget sample = trajectory.sample(t);
     arm.target = {sample.q, sample.qd, sample.qdd};
     arm.step(wrench_at_tool(Vector6::Zero()));
     worst = std::max(worst, arm.observer.residual().cwiseAbs().maxCoeff());

@@ -41,9 +41,9 @@ TEST(JointImpedance, TracksAFastMotionWithoutLag) {
   ArmPlant plant(model, poses[0]);
   double worst = 0.0;
   for (int i = 0; i * kControlPeriod < trajectory.duration(); ++i) {
-    const JointSample now = trajectory.sample(i * kControlPeriod);
+    const JointTarget now = trajectory.sample(i * kControlPeriod);
     step(law, plant, {now.q, now.qd, now.qdd}, JointVector::Zero());
-    const JointSample next = trajectory.sample((i + 1) * kControlPeriod);
+    const JointTarget next = trajectory.sample((i + 1) * kControlPeriod);
     worst = std::max(worst, (plant.q() - next.q).cwiseAbs().maxCoeff());
   }
   EXPECT_LT(worst, 0.002);

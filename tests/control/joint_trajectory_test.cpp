@@ -49,7 +49,7 @@ TEST(JointTrajectory, RespectsSpeedAccelerationAndJerkLimits) {
     const JointVector acceleration = joint.velocity / options.acceleration_time;
     JointVector last = JointVector::Zero();
     for (double t = 0.0; t < trajectory.duration(); t += kTick) {
-      const JointSample sample = trajectory.sample(t);
+      const JointTarget sample = trajectory.sample(t);
       EXPECT_LE((sample.qd.cwiseAbs() - options.speed * joint.velocity).maxCoeff(), 1e-9);
       EXPECT_LE((sample.qdd.cwiseAbs() - acceleration).maxCoeff(), 1e-9);
       const JointVector jerk = (sample.qdd - last) / kTick;
@@ -65,9 +65,9 @@ TEST(JointTrajectory, VelocityAndAccelerationAreTheDerivatives) {
     const JointTrajectory trajectory(random_waypoints(random, 4), limits());
     constexpr double kStep = 1e-5;
     for (double t = kStep; t < trajectory.duration() - kStep; t += 0.013) {
-      const JointSample before = trajectory.sample(t - kStep);
-      const JointSample here = trajectory.sample(t);
-      const JointSample after = trajectory.sample(t + kStep);
+      const JointTarget before = trajectory.sample(t - kStep);
+      const JointTarget here = trajectory.sample(t);
+      const JointTarget after = trajectory.sample(t + kStep);
       EXPECT_LT(((after.q - before.q) / (2.0 * kStep) - here.qd).norm(), 1e-6);
       EXPECT_LT(((after.qd - before.qd) / (2.0 * kStep) - here.qdd).norm(), 1e-2);
     }
@@ -139,7 +139,7 @@ TEST(JointTrajectory, WithoutBlendingItStopsAtEveryWaypoint) {
   double off_path = 0.0;
   for (double t = 0.0; t <= trajectory.duration() + kTick && reached < waypoints.size();
        t += kTick) {
-    const JointSample sample = trajectory.sample(t);
+    const JointTarget sample = trajectory.sample(t);
     off_path = std::max(off_path, distance_to_path(sample.q, waypoints));
     if ((sample.q - waypoints[reached]).norm() < 1e-4 && sample.qd.norm() < 1e-2) ++reached;
   }
