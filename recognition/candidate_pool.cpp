@@ -1,6 +1,7 @@
 #include "recognition/candidate_pool.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "recognition/acceptance_function.h"
@@ -11,10 +12,10 @@
 namespace binpick {
 namespace {
 
-constexpr float kClusterShare = 0.12f;    // of the diameter, before alignment
-constexpr float kDuplicateShare = 0.04f;  // of the diameter, after alignment
-constexpr int kMostPerModel = 60;
+constexpr float kClusterShare = 0.12f;     // of the diameter, before alignment
+constexpr float kDuplicateShare = 0.04f;   // of the diameter, after alignment
 constexpr float kMostOccluding = 0.15f;    // of the points that face the sensor
+constexpr double kHopelessBadness = 0.4;   // no sliding helps
 constexpr double kToleratedOverlap = 0.2;  // of the smaller explained set
 
 /// The poses of the model's bounding box corners decide how far two poses are apart.
@@ -95,13 +96,13 @@ CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& s
   }
 }
 
-void CandidatePool::add(std::vector<Hypothesis> hypotheses) {
+void CandidatePool::add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide) {
   const std::vector<Hypothesis> heads =
-      keep_cluster_heads(std::move(hypotheses), library_.models(), kClusterShare, kMostPerModel);
+      keep_cluster_heads(std::move(hypotheses), library_.models(), kClusterShare, most_per_model);
   const std::vector<Hypothesis> fresh =
-      keep_cluster_heads(align(heads), library_.models(), kDuplicateShare, kMostPerModel, tried_);
+      keep_cluster_heads(align(heads), library_.models(), kDuplicateShare, most_per_model, tried_);
   tried_.insert(tried_.end(), fresh.begin(), fresh.end());
-  verify(fresh);
+  verify(fresh, slide);
 }
 
 std::vector<Hypothesis> CandidatePool::align(std::vector<Hypothesis> hypotheses) const {
@@ -133,23 +134,61 @@ std::vector<Hypothesis> CandidatePool::align(std::vector<Hypothesis> hypotheses)
   return standing;
 }
 
-void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses) {
-  std::vector<RenderComparison> comparisons(hypotheses.size());
+void CandidatePool::slide_to_silhouette(DepthRasterizer& rasterizer, Candidate& candidate) const {
+  constexpr std::array<float, 4> kSteps = {0.04f, 0.02f, 0.01f, 0.005f};  // of the diameter
+  const auto index = static_cast<std::size_t>(candidate.model);
+  const RecognitionModel& model = library_.models()[index];
+  const float epsilon = tolerances_[index].fine;
+  const OpenDirections open =
+      open_directions(scene_, model, candidate.T_camera_model, 1.5f * epsilon);
+  for (const float step : kSteps) {
+    for (int i = 0; i < open.count; ++i) {
+      for (const float sign : {-1.0f, 1.0f}) {
+        const Eigen::Isometry3f T = move_along(model, candidate.T_camera_model, open.motions.col(i),
+                                               sign * step * model.diameter);
+        RenderComparison comparison = compare_by_rendering(rasterizer, scene_, model, T, epsilon);
+        if (comparison.quality() <= candidate.comparison.quality()) continue;
+        candidate.comparison = std::move(comparison);
+        candidate.T_camera_model = T;
+      }
+    }
+  }
+}
+
+std::vector<Candidate> CandidatePool::slide(const std::vector<const Candidate*>& selected) const {
+  std::vector<Candidate> moved;
+  for (const Candidate* candidate : selected) moved.push_back(*candidate);
+  parallel_for(static_cast<int>(moved.size()), jobs_, [&](int i) {
+    DepthRasterizer rasterizer;
+    slide_to_silhouette(rasterizer, moved[static_cast<std::size_t>(i)]);
+  });
+  return moved;
+}
+
+void CandidatePool::verify(std::vector<Hypothesis> hypotheses, bool slide) {
+  std::vector<Candidate> compared(hypotheses.size());
   parallel_chunks(static_cast<int>(hypotheses.size()), 4, jobs_, [&](int, int begin, int end) {
     DepthRasterizer rasterizer;
     for (int i = begin; i < end; ++i) {
       const Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
+      Candidate& candidate = compared[static_cast<std::size_t>(i)];
       const auto index = static_cast<std::size_t>(hypothesis.model);
-      comparisons[static_cast<std::size_t>(i)] =
+      candidate.model = hypothesis.model;
+      candidate.T_camera_model = hypothesis.T_camera_model;
+      candidate.comparison =
           compare_by_rendering(rasterizer, scene_, library_.models()[index],
                                hypothesis.T_camera_model, tolerances_[index].fine);
+      if (slide && candidate.comparison.matched_share() > facing_visibility_ &&
+          candidate.comparison.badness() < kHopelessBadness) {
+        slide_to_silhouette(rasterizer, candidate);
+      }
     }
   });
   verified_ += static_cast<int>(hypotheses.size());
-  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    if (!comparisons[i].accepts(facing_visibility_)) continue;
-    candidates_.push_back(
-        {hypotheses[i].model, hypotheses[i].T_camera_model, std::move(comparisons[i])});
+  for (Candidate& candidate : compared) {
+    if (candidate.comparison.accepts(facing_visibility_)) {
+      candidates_.push_back(std::move(candidate));
+    }
   }
 }
 
@@ -157,7 +196,7 @@ std::vector<const Candidate*> CandidatePool::select() const {
   std::vector<ExplainedSet> sets;
   for (const Candidate& candidate : candidates_) {
     const RenderComparison& comparison = candidate.comparison;
-    sets.push_back({comparison.explained, comparison.matched * (1.0 - 2.0 * comparison.badness())});
+    sets.push_back({comparison.explained, comparison.quality()});
   }
   std::vector<const Candidate*> selected;
   for (const int node : ConflictGraph(std::move(sets), kToleratedOverlap).select_greedily()) {

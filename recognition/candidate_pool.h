@@ -31,8 +31,14 @@ class CandidatePool {
   CandidatePool(const ModelLibrary& library, const ObservedScene& scene, double visibility,
                 int jobs);
 
-  /// Takes the hypotheses of one sampling round.
-  void add(std::vector<Hypothesis> hypotheses);
+  /// Takes the hypotheses of one sampling round; at most `most_per_model` clusters are looked at.
+  /// `slide` also searches along the directions that a flat face leaves open: for hypotheses from
+  /// coplanar pairs.
+  void add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide);
+
+  /// Moves candidates along directions that their points leave open to where the silhouette fits
+  /// best.
+  [[nodiscard]] std::vector<Candidate> slide(const std::vector<const Candidate*>& selected) const;
 
   /// The best set of candidates that do not claim the same points of S*, best first.
   [[nodiscard]] std::vector<const Candidate*> select() const;
@@ -42,7 +48,8 @@ class CandidatePool {
 
  private:
   [[nodiscard]] std::vector<Hypothesis> align(std::vector<Hypothesis> hypotheses) const;
-  void verify(const std::vector<Hypothesis>& hypotheses);
+  void verify(std::vector<Hypothesis> hypotheses, bool slide);
+  void slide_to_silhouette(DepthRasterizer& rasterizer, Candidate& candidate) const;
 
   const ModelLibrary& library_;
   const ObservedScene& scene_;

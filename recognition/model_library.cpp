@@ -51,6 +51,9 @@ ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSe
   options.drop_coplanar = setting == RecognizerSetting::kDefault;
   options.reduce_symmetry = setting == RecognizerSetting::kDefault;
   pairs_ = PairTable(models_, options);
+  for (const RecognitionModel& model : models_) {
+    coplanar_pairs_.push_back(binpick::coplanar_pairs(model, options));
+  }
 }
 
 }  // namespace binpick

@@ -33,6 +33,11 @@ class ModelLibrary {
 
   [[nodiscard]] const std::vector<RecognitionModel>& models() const noexcept { return models_; }
   [[nodiscard]] const PairTable& pairs() const noexcept { return pairs_; }
+  /// The pairs of a model that lie in one plane: no part of the table in the default setting, which
+  /// resorts to them for objects that show a single flat face.
+  [[nodiscard]] const std::vector<PairFrame>& coplanar_pairs(std::size_t model) const {
+    return coplanar_pairs_[model];
+  }
   [[nodiscard]] RecognizerSetting setting() const noexcept { return setting_; }
 
   /// d, the same for all models: 0.6 of the smallest middle extent, so that both points of a pair
@@ -50,6 +55,7 @@ class ModelLibrary {
   double pair_tolerance_ = 0.0;
   double leaf_size_ = 0.0;
   PairTable pairs_;
+  std::vector<std::vector<PairFrame>> coplanar_pairs_;
 };
 
 }  // namespace binpick

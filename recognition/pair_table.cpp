@@ -27,10 +27,10 @@ bool in_fundamental_domain(const Eigen::Vector3f& p, const RecognitionModel& mod
                      });
 }
 
-/// Appends the pairs of one model; returns how many there are with the ones left out as coplanar.
-std::size_t collect_pairs(const RecognitionModel& model, std::uint32_t index,
-                          const PairTableOptions& options, std::vector<StoredPair>& pairs) {
-  std::size_t considered = 0;
+/// Visits the pairs of one model that have the wanted width and a frame.
+template <class Visit>
+void for_each_pair(const RecognitionModel& model, const PairTableOptions& options,
+                   const Visit& visit) {
   const float nearest = options.width - options.tolerance;
   const float farthest = options.width + options.tolerance;
   for (const OrientedPoint& u : model.surface) {
@@ -38,15 +38,24 @@ std::size_t collect_pairs(const RecognitionModel& model, std::uint32_t index,
     for (const OrientedPoint& v : model.surface) {
       const float squared = (v.p - u.p).squaredNorm();
       if (squared < nearest * nearest || squared > farthest * farthest) continue;
-      const auto frame = pair_frame(u, v);
-      if (!frame) continue;
-      ++considered;
-      const PairDescriptor f = pair_descriptor(u, v);
-      if (options.drop_coplanar && is_coplanar(f)) continue;
-      const Eigen::Isometry3f inverse = frame->inverse();
-      pairs.push_back({PairTable::cell(f), index, inverse.matrix().topRows<3>()});
+      if (const auto frame = pair_frame(u, v)) visit(pair_descriptor(u, v), *frame);
     }
   }
+}
+
+PairFrame inverse_of(const Eigen::Isometry3f& frame) {
+  return frame.inverse().matrix().topRows<3>();
+}
+
+/// Appends the pairs of one model; returns how many there are with the ones left out as coplanar.
+std::size_t collect_pairs(const RecognitionModel& model, std::uint32_t index,
+                          const PairTableOptions& options, std::vector<StoredPair>& pairs) {
+  std::size_t considered = 0;
+  for_each_pair(model, options, [&](const PairDescriptor& f, const Eigen::Isometry3f& frame) {
+    ++considered;
+    if (options.drop_coplanar && is_coplanar(f)) return;
+    pairs.push_back({PairTable::cell(f), index, inverse_of(frame)});
+  });
   return considered;
 }
 
@@ -70,6 +79,15 @@ std::vector<bool> cells_to_keep(const std::vector<StoredPair>& pairs, double kep
 }
 
 }  // namespace
+
+std::vector<PairFrame> coplanar_pairs(const RecognitionModel& model,
+                                      const PairTableOptions& options) {
+  std::vector<PairFrame> pairs;
+  for_each_pair(model, options, [&](const PairDescriptor& f, const Eigen::Isometry3f& frame) {
+    if (is_coplanar(f)) pairs.push_back(inverse_of(frame));
+  });
+  return pairs;
+}
 
 std::uint32_t PairTable::cell(const PairDescriptor& f) noexcept {
   constexpr float kScale = static_cast<float>(kBins) / std::numbers::pi_v<float>;

@@ -31,7 +31,8 @@ class PairTable {
 
   /// The cell of a descriptor, in constant time.
   [[nodiscard]] static std::uint32_t cell(const PairDescriptor& f) noexcept;
-  static constexpr std::uint32_t kBins = 18;  ///< per angle: 10 degrees each
+  /// Per angle, some 9.5 degrees each; odd, so that right angles fall into the middle of a bin.
+  static constexpr std::uint32_t kBins = 19;
   static constexpr std::uint32_t kCells = kBins * kBins * kBins;
 
   /// The pairs of `model` in `cell`.
@@ -50,5 +51,10 @@ class PairTable {
   std::vector<PairFrame> frames_;
   double kept_fraction_ = 1.0;
 };
+
+/// The pairs of one model that lie in one plane, whatever their cell: what a table without coplanar
+/// pairs leaves out. They fix the plane, but not the position in it.
+[[nodiscard]] std::vector<PairFrame> coplanar_pairs(const RecognitionModel& model,
+                                                    const PairTableOptions& options);
 
 }  // namespace binpick

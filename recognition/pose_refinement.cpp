@@ -3,6 +3,7 @@
 #include <ceres/tiny_solver.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -111,42 +112,80 @@ class PointToPlane {
 
 }  // namespace
 
+namespace {
+
+using Vector6f = Eigen::Matrix<float, 6, 1>;
+using Matrix6f = Eigen::Matrix<float, 6, 6>;
+
+/// Normal equations of the point-to-plane distances for a small motion about the model's centre.
+/// Turns are measured in radii, so that all six unknowns are lengths.
+struct NormalEquations {
+  Matrix6f information = Matrix6f::Zero();
+  Vector6f right = Vector6f::Zero();
+  int pairs = 0;
+};
+
+NormalEquations normal_equations(const ObservedScene& scene, const RecognitionModel& model,
+                                 const Eigen::Isometry3f& T, float epsilon, std::size_t count) {
+  NormalEquations equations;
+  const Eigen::Vector3f centre = T * model.centre;
+  const float inverse_radius = 2.0f / model.diameter;
+  for_each_correspondence(scene, model, T, epsilon, count, [&](const Correspondence& pair) {
+    const Eigen::Vector3f arm = (pair.p_camera - centre) * inverse_radius;
+    const Eigen::Vector3f turn = arm.cross(pair.normal);
+    Vector6f row;
+    row << turn.x(), turn.y(), turn.z(), pair.normal;
+    equations.information.noalias() += row * row.transpose();
+    equations.right += row * pair.normal.dot(pair.q_camera - pair.p_camera);
+    ++equations.pairs;
+  });
+  return equations;
+}
+
+}  // namespace
+
+Eigen::Isometry3f move_along(const RecognitionModel& model, const Eigen::Isometry3f& T_camera_model,
+                             const Vector6f& motion, float length) {
+  const Eigen::Vector3f centre = T_camera_model * model.centre;
+  const Eigen::Vector3f turn = motion.head<3>() * (2.0f * length / model.diameter);
+  const float angle = turn.norm();
+  Eigen::Isometry3f step = Eigen::Isometry3f::Identity();
+  if (angle > 0.0f) step.linear() = Eigen::AngleAxisf(angle, turn / angle).toRotationMatrix();
+  step.translation() = centre + length * motion.tail<3>() - step.linear() * centre;
+  return step * T_camera_model;
+}
+
+OpenDirections open_directions(const ObservedScene& scene, const RecognitionModel& model,
+                               const Eigen::Isometry3f& T_camera_model, float epsilon) {
+  constexpr float kWeak = 0.03f;  // of the information of a direction that every point fixes
+  OpenDirections open;
+  const NormalEquations equations =
+      normal_equations(scene, model, T_camera_model, epsilon, model.test_points.size());
+  const Eigen::SelfAdjointEigenSolver<Matrix6f> solver(equations.information);
+  open.motions = solver.eigenvectors();
+  while (open.count < 6 &&
+         solver.eigenvalues()[open.count] < kWeak * static_cast<float>(equations.pairs)) {
+    ++open.count;
+  }
+  return open;
+}
+
 Eigen::Isometry3f align_projectively(const ObservedScene& scene, const RecognitionModel& model,
                                      const Eigen::Isometry3f& T_camera_model,
                                      const AlignmentOptions& options) {
-  using Vector6f = Eigen::Matrix<float, 6, 1>;
   constexpr int kLeastPairs = 6;
-  constexpr float kSmallTurn = 1e-4f;
+  constexpr float kSmallMotion = 1e-4f;  // of the diameter
   Eigen::Isometry3f T = T_camera_model;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    const Eigen::Vector3f centre = T * model.centre;
-    Eigen::Matrix<float, 6, 6> information = Eigen::Matrix<float, 6, 6>::Zero();
-    Vector6f right = Vector6f::Zero();
-    int pairs = 0;
-    // Turns are measured in radii, so that all six unknowns are lengths.
-    const float radius = 0.5f * model.diameter;
-    for_each_correspondence(scene, model, T, options.epsilon,
-                            static_cast<std::size_t>(options.points), [&](const auto& pair) {
-                              Vector6f row;
-                              const Eigen::Vector3f arm = (pair.p_camera - centre) / radius;
-                              const Eigen::Vector3f turn = arm.cross(pair.normal);
-                              row << turn.x(), turn.y(), turn.z(), pair.normal;
-                              information.noalias() += row * row.transpose();
-                              right += row * pair.normal.dot(pair.q_camera - pair.p_camera);
-                              ++pairs;
-                            });
-    if (pairs < kLeastPairs) break;
+    NormalEquations equations = normal_equations(scene, model, T, options.epsilon,
+                                                 static_cast<std::size_t>(options.points));
+    if (equations.pairs < kLeastPairs) break;
     // Directions that the data leave open stay where they are.
-    information.diagonal().array() += 0.01f * static_cast<float>(pairs);
-    const Vector6f motion = information.ldlt().solve(right);
-    const Eigen::Vector3f turn = motion.head<3>() / radius;
-    const float angle = turn.norm();
-    if (!std::isfinite(angle)) break;
-    Eigen::Isometry3f step = Eigen::Isometry3f::Identity();
-    if (angle > 0.0f) step.linear() = Eigen::AngleAxisf(angle, turn / angle).toRotationMatrix();
-    step.translation() = centre + motion.tail<3>() - step.linear() * centre;
-    T = step * T;
-    if (angle < kSmallTurn && motion.tail<3>().norm() < kSmallTurn * radius) break;
+    equations.information.diagonal().array() += 0.01f * static_cast<float>(equations.pairs);
+    const Vector6f motion = equations.information.ldlt().solve(equations.right);
+    if (!motion.allFinite()) break;
+    T = move_along(model, T, motion, 1.0f);
+    if (motion.norm() < kSmallMotion * model.diameter) break;
   }
   // Rounding in single precision must not accumulate into shear.
   T.linear() = Eigen::Quaternionf(T.linear()).normalized().toRotationMatrix();

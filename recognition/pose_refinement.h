@@ -24,6 +24,23 @@ struct AlignmentOptions {
                                                    const Eigen::Isometry3f& T_camera_model,
                                                    const AlignmentOptions& options);
 
+/// Motions of a pose that the points of the visible surface leave nearly open: sliding along a flat
+/// face, turning about its normal. Each is a turn about the model's centre, in radii (half
+/// diameters), and a translation; unit length. O(test points).
+struct OpenDirections {
+  int count = 0;
+  Eigen::Matrix<float, 6, 6> motions;  ///< the first `count` columns
+};
+[[nodiscard]] OpenDirections open_directions(const ObservedScene& scene,
+                                             const RecognitionModel& model,
+                                             const Eigen::Isometry3f& T_camera_model,
+                                             float epsilon);
+
+/// `T_camera_model` after a motion of `length` metres along such a direction.
+[[nodiscard]] Eigen::Isometry3f move_along(const RecognitionModel& model,
+                                           const Eigen::Isometry3f& T_camera_model,
+                                           const Eigen::Matrix<float, 6, 1>& motion, float length);
+
 /// Refines an accepted pose to the precision of the data: robust (Cauchy) point-to-plane least
 /// squares over all model points by Ceres, pairs found anew between solves. `epsilon` is the scale
 /// beyond which residuals stop to matter, m.

@@ -7,6 +7,7 @@
 #include <functional>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "models/errors.h"
@@ -26,11 +27,21 @@ namespace {
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
 constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
 constexpr int kMostRounds = 5;             // of sampling, default setting
-constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
+constexpr int kFlatIterations = 32;        // pairs on the unexplained rest, for single faces
+constexpr int kSpatialClusters = 60;       // looked at per round and model
+constexpr int kFlatClusters = 12;
+constexpr int kRoundsPerCount = 3;  // a round draws N / 3 pairs
 constexpr int kIterationsPerChunk = 16;
 
 /// Accepts (M, T) or not; the accepted one comes back with its score.
 using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;
+
+/// Which scene pairs are drawn, and where their model pairs come from.
+enum class PairKind {
+  kAny,      ///< as printed
+  kSpatial,  ///< not in one plane: fixes a pose
+  kFlat      ///< in one plane: the position in it is tried out
+};
 
 /// One run of Algorithm 1 on one scene.
 class Run {
@@ -101,11 +112,12 @@ class Run {
   /// Lines 4-20 of Algorithm 1: draws pairs with p_u from `sampled` (leaves of S*) and returns the
   /// solution list. Iterations are independent and own their random numbers by index.
   std::vector<Hypothesis> generate_and_test(const std::vector<int>& sampled, int iterations,
-                                            Seed seed, const Mu& mu);
+                                            Seed seed, const Mu& mu, PairKind kind);
 
   /// Lines 5-8: an oriented scene point pair (u, v), if the shell round p_u is not empty.
   [[nodiscard]] std::optional<std::pair<OrientedPoint, OrientedPoint>> sample_pair(
-      const std::vector<int>& sampled, Random& random, std::vector<int>& shell) const;
+      const std::vector<int>& sampled, Random& random, std::vector<int>& shell,
+      PairKind kind) const;
 
   [[nodiscard]] OrientedPoint oriented_point(int leaf) const {
     return {scene_.octree().point(leaf), scene_.normal(leaf)};
@@ -124,8 +136,7 @@ class Run {
 };
 
 std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
-    const std::vector<int>& sampled, Random& random, std::vector<int>& shell) const {
-  const bool is_default = options_.setting == RecognizerSetting::kDefault;
+    const std::vector<int>& sampled, Random& random, std::vector<int>& shell, PairKind kind) const {
   // 3) sampling
   const int leaf_u = sampled[random.index(sampled.size())];  // line 5
   const auto d = static_cast<float>(library_.pair_width());
@@ -133,23 +144,24 @@ std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
       std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size());
   scene_.octree().shell(scene_.octree().point(leaf_u), d, delta_d, shell);  // line 6
   std::erase_if(shell, [&](int leaf) {
-    return scene_.on_support(leaf) || (is_default && !scene_.normal_is_reliable(leaf));
+    return scene_.on_support(leaf) || (kind != PairKind::kAny && !scene_.normal_is_reliable(leaf));
   });
   if (shell.empty()) return std::nullopt;
   const OrientedPoint u = oriented_point(leaf_u);
-  // A coplanar pair tells nothing (default setting): another p_v may.
-  const int draws = is_default ? 4 : 1;
+  // If this p_v makes no pair of the wanted kind, another may.
+  const int draws = kind == PairKind::kAny ? 1 : 4;
   for (int i = 0; i < draws; ++i) {
     const int leaf_v = shell[random.index(shell.size())];  // line 7
     // 4) normal estimation: done for all points of S* beforehand                  // line 8
     const OrientedPoint v = oriented_point(leaf_v);
-    if (!is_default || !is_coplanar(pair_descriptor(u, v))) return std::pair{u, v};  // line 9
+    const bool is_flat = kind != PairKind::kAny && is_coplanar(pair_descriptor(u, v));
+    if (is_flat == (kind == PairKind::kFlat)) return std::pair{u, v};  // line 9
   }
   return std::nullopt;
 }
 
 std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
-                                               Seed seed, const Mu& mu) {
+                                               Seed seed, const Mu& mu, PairKind kind) {
   struct Chunk {
     std::vector<Hypothesis> solutions;
     int pairs = 0;
@@ -162,7 +174,7 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
     std::vector<int> shell;
     for (int i = begin; i < end; ++i) {  // line 4
       Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-      const auto pair = sample_pair(sampled, random, shell);  // lines 5-9
+      const auto pair = sample_pair(sampled, random, shell, kind);  // lines 5-9
       if (!pair) continue;
       const auto F_wx = pair_frame(pair->first, pair->second);
       if (!F_wx) continue;
@@ -172,7 +184,9 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
       const std::uint32_t cell = PairTable::cell(f_uv);                        // line 11
       for (std::size_t M = 0; M < library_.models().size(); ++M) {             // line 14
         // 6) generate and test
-        for (const PairFrame& F_uv_inverse : library_.pairs().pairs(cell, M)) {  // lines 12-13
+        const std::span<const PairFrame> model_pairs =
+            kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
+        for (const PairFrame& F_uv_inverse : model_pairs) {  // lines 12-13
           Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
           T.linear().noalias() = F_wx->linear() * F_uv_inverse.leftCols<3>();  // line 15
           T.translation().noalias() = F_wx->linear() * F_uv_inverse.col(3) + F_wx->translation();
@@ -212,7 +226,7 @@ void Run::recognize_as_printed() {
     return Hypothesis{M, T, static_cast<float>(terms.visibility)};
   };
   const std::vector<Hypothesis> solutions =
-      generate_and_test(scene_.object_leaves(), N, derive_seed(seed_, "pairs"), mu);
+      generate_and_test(scene_.object_leaves(), N, derive_seed(seed_, "pairs"), mu, PairKind::kAny);
   result_.counters.accepted = static_cast<int>(solutions.size());
   add_time("generate_and_test", watch.lap());
 
@@ -259,13 +273,12 @@ void Run::recognize_in_rounds() {
     if (scene_.normal_is_reliable(leaf)) sampled.push_back(leaf);
   }
   std::vector<const Candidate*> selected;
-  for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
+  const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
-    std::vector<Hypothesis> solutions = generate_and_test(sampled, iterations, seed, mu);
+    std::vector<Hypothesis> solutions = generate_and_test(sampled, count, seed, mu, kind);
     add_time("generate_and_test", watch.lap());
-    pool.add(std::move(solutions));
+    pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
     add_time("verify", watch.lap());
-    const std::size_t before = selected.size();
     selected = pool.select();
     for (const Candidate* candidate : selected) {
       const std::vector<int>& explained = candidate->comparison.explained;
@@ -274,13 +287,19 @@ void Run::recognize_in_rounds() {
       });
     }
     add_time("select", watch.lap());
-    if (round > 0 && selected.size() == before) break;
+  };
+  for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
+    const std::size_t before = selected.size();
+    sample_round(round, iterations, PairKind::kSpatial, kSpatialClusters);
+    if (round + 1 >= kRoundsPerCount && selected.size() == before) break;
   }
+  // What shows a single flat face has no pairs but flat ones.
+  if (!sampled.empty()) sample_round(kMostRounds, kFlatIterations, PairKind::kFlat, kFlatClusters);
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = pool.verified();
-  for (const Candidate* candidate : selected) {
-    report(candidate->model, candidate->T_camera_model.cast<double>(),
-           static_cast<int>(candidate->comparison.explained.size()));
+  for (const Candidate& candidate : pool.slide(selected)) {
+    report(candidate.model, candidate.T_camera_model.cast<double>(),
+           static_cast<int>(candidate.comparison.explained.size()));
   }
   add_time("refine", watch.lap());
 }

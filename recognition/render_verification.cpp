@@ -11,10 +11,10 @@ namespace {
 // order of importance is near occlusion, ragged, continued silhouette, normals.
 constexpr double kNearOcclusionWeight = 1.5;
 constexpr double kRaggedWeight = 1.0;
-constexpr double kContinuedWeight = 0.3;
-constexpr double kMostBadness = 0.19;
+constexpr double kContinuedWeight = 0.5;
+constexpr double kMostBadness = 0.155;
 constexpr double kFullEvidence = 0.7;  // of a typical view: less evidence tightens the limit
-constexpr double kTightestFactor = 0.5;
+constexpr double kTightestFactor = 0.4;
 constexpr float kNearOcclusionBands = 4.0f;
 constexpr float kLikeNormal = 0.77f;       // 40 degrees
 constexpr float kContinuedNormal = 0.94f;  // 20 degrees

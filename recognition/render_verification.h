@@ -28,6 +28,8 @@ struct RenderComparison {
 
   /// Weighted share of contradicting pixels, 0 for a perfect match.
   [[nodiscard]] double badness() const;
+  /// Matched pixels, less for contradictions: what a search over poses maximises.
+  [[nodiscard]] double quality() const { return matched * (1.0 - 2.0 * badness()); }
   /// Share of the model's pixels that match.
   [[nodiscard]] double matched_share() const;
   /// Whether the hypothesis stands. Little evidence must be cleaner evidence.
