@@ -176,7 +176,7 @@ void Runner::handle_end(Slot& slot) {
   const State state = std::exchange(slot.state, State::kEnded);
   if (state == State::kEnded) return;
   const ProcessEnd end = slot.process.wait();
-  if (state == State::kLoading) {
+  if (state == State::kLoading && (!end.from_outside || ++load_deaths_ == kDeathsFromOutside)) {
     throw std::runtime_error(fmt::format("a worker ended while loading: {}", end.text));
   }
   if (state == State::kRunning) handle_death(slot, end);

@@ -91,6 +91,7 @@ class Runner {
   std::size_t next_job_ = 0;
   std::size_t unfinished_;
   bool inputs_accepted_ = false;
+  int load_deaths_ = 0;  ///< of workers that were killed from outside while they loaded
 };
 
 }  // namespace binpick
