@@ -32,9 +32,10 @@ void recognize_frame(benchmark::State& state) {
   RecognizerOptions options;
   options.jobs = static_cast<int>(state.range(0));
   const Recognizer recognizer(library(), options);
+  const RangeImage& image = frame();
   Seed seed = 0;
   for (auto _ : state) {
-    const RecognitionResult result = recognizer.recognize(frame(), seed++);
+    const RecognitionResult result = recognizer.recognize(image, seed++);
     for (const StageTiming& timing : result.timings) {
       state.counters[timing.stage] += 1e3 * timing.seconds;
     }
