@@ -88,7 +88,9 @@ TrialRecord CleanupTrial::run(const TrialContext& context) {
   TrialRecord record;
   VisionLoopResult result;
   try {
-    if (!drop_pile(world, context.seeds.shared("pile")).settled) {
+    const PileReport pile = drop_pile(world, context.seeds.shared("pile"));
+    record.measures["pile_attempts"] = pile.attempts;
+    if (!pile.settled) {
       record.outcome = TrialOutcome::kTimeout;
       record.stage = TrialStage::kSetup;
       record.note = "the pile did not come to rest";
