@@ -10,7 +10,6 @@
 #include "experiments/trial_setup.h"
 #include "models/errors.h"
 #include "sim/simulated_robot.h"
-#include "sim/simulation_error.h"
 
 namespace binpick {
 namespace {
@@ -92,6 +91,13 @@ SkillOptions BlindGraspTrial::skill_options(const TrialContext& context) const {
 }
 
 TrialRecord BlindGraspTrial::run(const TrialContext& context) {
+  TrialRecord record;
+  run_in_simulation(context, record,
+                    [&](const TrialContext& observed) { attempt(observed, record); });
+  return record;
+}
+
+void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) const {
   context.enter(TrialStage::kSetup);
   World world(world_, physics_of_trial(world_->parts.objects, parameters_.physics, context));
   const GraspPlan plan = nominal_plan(world);
@@ -102,8 +108,8 @@ TrialRecord BlindGraspTrial::run(const TrialContext& context) {
   const Eigen::Vector3d error =
       parameters_.pose_error * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0.0);
   world.set_object_pose(0, Eigen::Translation3d(error) * world.object_pose(0));
+  record.measures["error_direction_rad"] = direction;
 
-  const Referee referee(world);
   TrialRecorder recorder(context, world);
   SimulatedRobot robot(world, nullptr,
                        {.camera_noise = {},
@@ -113,35 +119,21 @@ TrialRecord BlindGraspTrial::run(const TrialContext& context) {
                         .on_step = recorder.callback()});
   RobotSkills skills = knowledge_->make_skills(robot, nullptr, skill_options(context));
 
-  TrialRecord record;
-  record.measures["error_direction_rad"] = direction;
-  try {
-    context.enter(TrialStage::kApproach);
-    const SkillResult grasp = skills.execute_grasp(plan);
-    record.measures["peak_force_n"] = skills.manipulator().peak_force();
-    if (grasp == SkillResult::kCollision) {
-      record.outcome = TrialOutcome::kCollisionAbort;
-      record.stage = TrialStage::kApproach;
-      return record;
-    }
-    context.enter(TrialStage::kGrasp);
-    if (grasp == SkillResult::kFailedGrasp) {
-      record.outcome = TrialOutcome::kFailedGrasp;
-      record.stage = TrialStage::kGrasp;
-      return record;
-    }
-    skills.manipulator().hold(parameters_.hold_time, {.on_collision = false});
-    record.measures["jaw_width_m"] = robot.state().gripper.width;
-    record.stage = TrialStage::kJudge;
-    if (!referee.held_aloft(0, kHeldHeight)) record.outcome = TrialOutcome::kSlipped;
-  } catch (const SimulationDiverged& diverged) {
-    record.outcome = TrialOutcome::kDiverged;
-    record.note = diverged.what();
-  } catch (const TimeBudgetSpent& spent) {
-    record.outcome = TrialOutcome::kTimeout;
-    record.note = spent.what();
+  context.enter(TrialStage::kApproach);
+  const SkillResult grasp = skills.execute_grasp(plan);
+  record.measures["peak_force_n"] = skills.manipulator().peak_force();
+  if (grasp == SkillResult::kCollision) {
+    return fail(record, TrialOutcome::kCollisionAbort, TrialStage::kApproach);
   }
-  return record;
+  if (grasp == SkillResult::kFailedGrasp) {
+    return fail(record, TrialOutcome::kFailedGrasp, TrialStage::kGrasp);
+  }
+  context.enter(TrialStage::kJudge);
+  skills.manipulator().hold(parameters_.hold_time, {.on_collision = false});
+  record.measures["jaw_width_m"] = robot.state().gripper.width;
+  if (!Referee(world).held_aloft(0, kHeldHeight)) {
+    fail(record, TrialOutcome::kSlipped, TrialStage::kJudge);
+  }
 }
 
 }  // namespace binpick

@@ -42,6 +42,7 @@ class BlindGraspTrial final : public TrialKind {
   };
 
   [[nodiscard]] GraspPlan nominal_plan(const World& world) const;
+  void attempt(const TrialContext& context, TrialRecord& record) const;
   [[nodiscard]] SkillOptions skill_options(const TrialContext& context) const;
 
   Parameters parameters_;

@@ -6,7 +6,6 @@
 
 #include "experiments/trial_setup.h"
 #include "sim/pile.h"
-#include "sim/simulation_error.h"
 
 namespace binpick {
 namespace {
@@ -83,44 +82,40 @@ void CleanupTrial::prepare(const std::filesystem::path& config_directory) {
 }
 
 TrialRecord CleanupTrial::run(const TrialContext& context) {
-  context.enter(TrialStage::kSetup);
-  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
   TrialRecord record;
   VisionLoopResult result;
-  try {
-    const PileReport pile = drop_pile(world, context.seeds.shared("pile"));
-    record.measures["pile_attempts"] = pile.attempts;
-    if (!pile.settled) {
-      record.outcome = TrialOutcome::kTimeout;
-      record.stage = TrialStage::kSetup;
-      record.note = "the pile did not come to rest";
-      return record;
-    }
-    AutomatonOptions automaton;
-    automaton.looks_before_empty = static_cast<int>(looks_before_empty_);
-    automaton.max_idle_cycles = static_cast<int>(max_idle_cycles_);
-    run_vision_loop(*cell_, world, loop_, automaton, context, result);
-    context.enter(TrialStage::kJudge);
-    const Referee referee(world);
-    const std::vector<int> misplaced = referee.misplaced_objects();
-    record.measures["in_place"] = world.object_count() - static_cast<double>(misplaced.size());
-    if (!misplaced.empty())
-      explain_failure(world, referee, result, misplaced, record);
-    else if (result.automaton.reason == HaltReason::kGaveUp) {
-      record.outcome = TrialOutcome::kTimeout;
-      record.stage = TrialStage::kRecognize;
-      record.note = "everything in place, but the robot did not believe the table empty";
-    }
-  } catch (const SimulationDiverged& diverged) {
-    record.outcome = TrialOutcome::kDiverged;
-    record.note = diverged.what();
-  } catch (const TimeBudgetSpent& spent) {
-    record.outcome = TrialOutcome::kTimeout;
-    record.note = spent.what();
-  }
-  record.measures["simulated_time_s"] = world.time();
+  run_in_simulation(context, record,
+                    [&](const TrialContext& observed) { clean_up(observed, record, result); });
   count_attempts(result, record);
   return record;
+}
+
+void CleanupTrial::clean_up(const TrialContext& context, TrialRecord& record,
+                            VisionLoopResult& result) const {
+  context.enter(TrialStage::kSetup);
+  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
+  const PileReport pile = drop_pile(world, context.seeds.shared("pile"));
+  record.measures["pile_attempts"] = pile.attempts;
+  if (!pile.settled) {
+    return fail(record, TrialOutcome::kTimeout, TrialStage::kSetup,
+                "the pile did not come to rest");
+  }
+  AutomatonOptions automaton;
+  automaton.looks_before_empty = static_cast<int>(looks_before_empty_);
+  automaton.max_idle_cycles = static_cast<int>(max_idle_cycles_);
+  run_vision_loop(*cell_, world, loop_, automaton, context, result);
+
+  context.enter(TrialStage::kJudge);
+  const Referee referee(world);
+  const std::vector<int> misplaced = referee.misplaced_objects();
+  record.measures["in_place"] = world.object_count() - static_cast<double>(misplaced.size());
+  record.measures["simulated_time_s"] = world.time();
+  if (!misplaced.empty()) {
+    explain_failure(world, referee, result, misplaced, record);
+  } else if (result.automaton.reason == HaltReason::kGaveUp) {
+    fail(record, TrialOutcome::kTimeout, TrialStage::kRecognize,
+         "everything in place, but the robot did not believe the table empty");
+  }
 }
 
 }  // namespace binpick

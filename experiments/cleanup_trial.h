@@ -19,6 +19,8 @@ class CleanupTrial final : public TrialKind {
   [[nodiscard]] TrialRecord run(const TrialContext& context) override;
 
  private:
+  void clean_up(const TrialContext& context, TrialRecord& record, VisionLoopResult& result) const;
+
   std::string scene_;
   VisionLoopParameters loop_;
   std::int64_t looks_before_empty_ = 3;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "scenes/scene.h"
+#include "sim/simulation_error.h"
 
 namespace binpick {
 
@@ -22,6 +23,29 @@ std::vector<std::filesystem::path> trial_input_files(const std::filesystem::path
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+void run_in_simulation(const TrialContext& context, TrialRecord& record,
+                       const std::function<void(const TrialContext&)>& body) {
+  TrialStage stage = TrialStage::kSetup;
+  TrialContext observed = context;
+  observed.report_stage = [&](TrialStage entered) {
+    stage = entered;
+    context.enter(entered);
+  };
+  try {
+    body(observed);
+  } catch (const SimulationDiverged& diverged) {
+    fail(record, TrialOutcome::kDiverged, stage, diverged.what());
+  } catch (const TimeBudgetSpent& spent) {
+    fail(record, TrialOutcome::kTimeout, stage, spent.what());
+  }
+}
+
+void fail(TrialRecord& record, TrialOutcome outcome, TrialStage stage, std::string note) {
+  record.outcome = outcome;
+  record.stage = stage;
+  record.note = std::move(note);
 }
 
 }  // namespace binpick

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,5 +21,13 @@ namespace binpick {
 /// @throws InputError when the scene cannot be read.
 [[nodiscard]] std::vector<std::filesystem::path> trial_input_files(
     const std::filesystem::path& scene_file);
+
+/// Runs `body`, which fills `record`. A diverged simulation or a spent time budget becomes the
+/// record's outcome, at the stage that `body` entered last through the context it is given.
+void run_in_simulation(const TrialContext& context, TrialRecord& record,
+                       const std::function<void(const TrialContext&)>& body);
+
+/// Makes `record` a failure.
+void fail(TrialRecord& record, TrialOutcome outcome, TrialStage stage, std::string note = {});
 
 }  // namespace binpick

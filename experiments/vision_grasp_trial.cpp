@@ -9,18 +9,11 @@
 #include "experiments/trial_setup.h"
 #include "models/errors.h"
 #include "sim/pile.h"
-#include "sim/simulation_error.h"
 
 namespace binpick {
 namespace {
 
-TrialRecord failure(TrialOutcome outcome, TrialStage stage, std::string note) {
-  TrialRecord record;
-  record.outcome = outcome;
-  record.stage = stage;
-  record.note = std::move(note);
-  return record;
-}
+constexpr double kSettleLimit = 5.0;  // of a single object, s
 
 TrialOutcome outcome_of(SkillResult result) {
   switch (result) {
@@ -82,11 +75,8 @@ std::vector<std::filesystem::path> VisionGraspTrial::input_files(
 void VisionGraspTrial::prepare(const std::filesystem::path& config_directory) {
   config_directory_ = config_directory;
   const std::filesystem::path file = scene_file();
-  const std::string wanted = file.string() + '\n' + loop_.recognizer;
-  if (loaded_ == wanted) return;
-  cell_.reset();  // its GL context goes before the next one comes
-  cell_ = std::make_unique<VisionCell>(file, loop_.recognizer_options());
-  loaded_ = wanted;
+  const std::string key = file.string() + '\n' + loop_.recognizer;
+  cell_ = &cells_.try_emplace(key, file, loop_.recognizer_options()).first->second;
 }
 
 void VisionGraspTrial::place_single_object(World& world, Seed seed) const {
@@ -112,60 +102,61 @@ void VisionGraspTrial::place_single_object(World& world, Seed seed) const {
 }
 
 TrialRecord VisionGraspTrial::run(const TrialContext& context) {
-  context.enter(TrialStage::kSetup);
-  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
-  VisionLoopResult result;
-  try {
-    if (scenario_ == "pile") {
-      if (!drop_pile(world, context.seeds.shared("pile")).settled) {
-        return failure(TrialOutcome::kTimeout, TrialStage::kSetup, "the pile did not come to rest");
-      }
-    } else {
-      place_single_object(world, context.seeds.shared("placing"));
-      settle(world, 5.0);
-    }
-    AutomatonOptions automaton;
-    automaton.wanted_model = object_;
-    automaton.max_attempts = 1;
-    automaton.max_idle_cycles = automaton.looks_before_empty;
-    run_vision_loop(*cell_, world, loop_, automaton, context, result);
-    context.enter(TrialStage::kJudge);
-    return judge(world, result);
-  } catch (const SimulationDiverged& diverged) {
-    return failure(TrialOutcome::kDiverged, TrialStage::kGrasp, diverged.what());
-  } catch (const TimeBudgetSpent& spent) {
-    return failure(TrialOutcome::kTimeout, TrialStage::kGrasp, spent.what());
-  }
+  TrialRecord record;
+  run_in_simulation(context, record,
+                    [&](const TrialContext& observed) { attempt(observed, record); });
+  return record;
 }
 
-TrialRecord VisionGraspTrial::judge(const World& world, const VisionLoopResult& result) const {
+void VisionGraspTrial::attempt(const TrialContext& context, TrialRecord& record) const {
+  context.enter(TrialStage::kSetup);
+  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
+  if (scenario_ == "pile") {
+    if (!drop_pile(world, context.seeds.shared("pile")).settled) {
+      return fail(record, TrialOutcome::kTimeout, TrialStage::kSetup,
+                  "the pile did not come to rest");
+    }
+  } else {
+    place_single_object(world, context.seeds.shared("placing"));
+    settle(world, kSettleLimit);
+  }
+  AutomatonOptions automaton;
+  automaton.wanted_model = object_;
+  automaton.max_attempts = 1;
+  automaton.max_idle_cycles = automaton.looks_before_empty;
+  VisionLoopResult result;
+  run_vision_loop(*cell_, world, loop_, automaton, context, result);
+  context.enter(TrialStage::kJudge);
+  judge(world, result, record);
+}
+
+void VisionGraspTrial::judge(const World& world, const VisionLoopResult& result,
+                             TrialRecord& record) const {
   if (result.attempts.empty()) {
     if (result.automaton.reason == HaltReason::kBelievedEmpty) {
-      return failure(TrialOutcome::kNothingDetected, TrialStage::kRecognize, "no object found");
+      return fail(record, TrialOutcome::kNothingDetected, TrialStage::kRecognize,
+                  "no object found");
     }
-    return failure(TrialOutcome::kUnreachable, TrialStage::kSelect, "no feasible grasp");
+    return fail(record, TrialOutcome::kUnreachable, TrialStage::kSelect, "no feasible grasp");
   }
   const GraspAttempt& attempt = result.attempts.front();
-  const std::string grasp = attempt.plan.grasp->name;
-  TrialRecord record;
+  const std::string& grasp = attempt.plan.grasp->name;
+  record.note = grasp;
+  record.measures["tilt_rad"] = attempt.plan.tilt;
+  if (attempt.match) record.measures["mssd_m"] = attempt.match->mssd;
   if (!attempt.match || !attempt.match->correct()) {
-    record = failure(TrialOutcome::kWrongPose, TrialStage::kRecognize, grasp);
+    fail(record, TrialOutcome::kWrongPose, TrialStage::kRecognize, grasp);
   } else if (attempt.grasp != SkillResult::kDone) {
-    record = failure(outcome_of(attempt.grasp), TrialStage::kGrasp, grasp);
+    fail(record, outcome_of(attempt.grasp), TrialStage::kGrasp, grasp);
   } else if (attempt.carry != SkillResult::kDone) {
     const bool lost = attempt.carry == SkillResult::kFailedGrasp;
-    record = failure(lost ? TrialOutcome::kSlipped : outcome_of(attempt.carry), TrialStage::kCarry,
-                     grasp);
+    fail(record, lost ? TrialOutcome::kSlipped : outcome_of(attempt.carry), TrialStage::kCarry,
+         grasp);
   } else if (attempt.place != SkillResult::kDone) {
-    record = failure(TrialOutcome::kSlipped, TrialStage::kPlace, grasp);
+    fail(record, TrialOutcome::kSlipped, TrialStage::kPlace, grasp);
   } else if (!Referee(world).in_designated_place(attempt.match->object)) {
-    record = failure(TrialOutcome::kDropped, TrialStage::kJudge, grasp);
-  } else {
-    record.note = grasp;
+    fail(record, TrialOutcome::kDropped, TrialStage::kJudge, grasp);
   }
-  if (attempt.match) record.measures["mssd_m"] = attempt.match->mssd;
-  record.measures["tilt_rad"] = attempt.plan.tilt;
-  return record;
 }
 
 }  // namespace binpick

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <memory>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,7 +33,8 @@ class VisionGraspTrial final : public TrialKind {
   [[nodiscard]] std::filesystem::path scene_file() const;
   /// Random position, azimuth and resting side of the single object.
   void place_single_object(World& world, Seed seed) const;
-  [[nodiscard]] TrialRecord judge(const World& world, const VisionLoopResult& result) const;
+  void attempt(const TrialContext& context, TrialRecord& record) const;
+  void judge(const World& world, const VisionLoopResult& result, TrialRecord& record) const;
 
   std::vector<Subject> subjects_;
   std::string object_ = "bottle";
@@ -43,8 +44,8 @@ class VisionGraspTrial final : public TrialKind {
   VisionLoopParameters loop_;
 
   std::filesystem::path config_directory_;
-  std::string loaded_;  ///< what `cell_` was made from
-  std::unique_ptr<VisionCell> cell_;
+  std::map<std::string, VisionCell> cells_;  ///< by scene file and recognizer setting
+  const VisionCell* cell_ = nullptr;
 };
 
 }  // namespace binpick
