@@ -7,13 +7,14 @@
 #include <cmath>
 #include <cstring>
 
+#include "message_of.h"
 #include "models/errors.h"
 #include "models/lzf.h"
 #include "models/model_file.h"
 #include "models/pcd_file.h"
 #include "models/ply_file.h"
 #include "models/random.h"
-#include "models/temporary_folder.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {
@@ -208,7 +209,7 @@ TEST_F(CloudFile, EveryTruncationIsRefusedOrHarmless) {
   PointCloud cloud;
   cloud.points = two_;
   write_ply(folder_.path() / "w.ply", cloud);
-  files.push_back(read_text_file(folder_.path() / "w.ply"));
+  files.push_back(read_whole_file(folder_.path() / "w.ply"));
   files.push_back(
       "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
       "DATA ascii\n1 2 3\n-4 5.5 0.25\n");
@@ -233,7 +234,7 @@ TEST_F(CloudFile, FlippedBytesNeverCrashAReader) {
   Random random(31);
   for (int i = 0; i < 20; ++i) cloud.points.push_back(random.unit_vector().cast<float>());
   write_ply(folder_.path() / "w.ply", cloud);
-  const std::string ply = read_text_file(folder_.path() / "w.ply");
+  const std::string ply = read_whole_file(folder_.path() / "w.ply");
   std::string pcd =
       "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 8\nHEIGHT 1\n"
       "DATA binary_compressed\n";

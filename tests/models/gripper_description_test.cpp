@@ -3,9 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "message_of.h"
 #include "models/errors.h"
 #include "models/object_model.h"
-#include "models/temporary_folder.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {
@@ -41,7 +42,7 @@ TEST(Gripper, ToolInertiaIsThatOfItsThreeBodies) {
 }
 
 TEST(Gripper, InconsistentLengthsAreRefused) {
-  std::string text = read_text_file(models_directory() / "gripper" / "gripper.yaml");
+  std::string text = read_whole_file(models_directory() / "gripper" / "gripper.yaml");
   const TemporaryFolder folder;
   const auto message_with = [&](const std::string& from, const std::string& to) {
     std::string changed = text;

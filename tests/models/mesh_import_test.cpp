@@ -8,10 +8,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "message_of.h"
 #include "models/contained_process.h"
 #include "models/errors.h"
 #include "models/mesh_geometry.h"
-#include "models/temporary_folder.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {

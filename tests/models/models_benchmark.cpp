@@ -4,7 +4,7 @@
 #include "models/mesh_geometry.h"
 #include "models/object_model.h"
 #include "models/robot_description.h"
-#include "models/temporary_folder.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {

@@ -7,9 +7,10 @@
 #include <cmath>
 #include <set>
 
+#include "message_of.h"
 #include "models/errors.h"
 #include "models/mesh_geometry.h"
-#include "models/temporary_folder.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {
@@ -160,7 +161,7 @@ class BrokenObject : public ::testing::Test {
  protected:
   BrokenObject() {
     std::filesystem::copy(models_directory() / "objects" / "rusk", folder_.path() / "rusk");
-    text_ = read_text_file(file());
+    text_ = read_whole_file(file());
   }
 
   [[nodiscard]] std::filesystem::path file() const {
@@ -200,7 +201,7 @@ TEST_F(BrokenObject, MistakesAreNamedWithTheirPlace) {
 }
 
 TEST_F(BrokenObject, AnOpenOrHollowedMeshIsRefused) {
-  std::string mesh = read_text_file(folder_.path() / "rusk" / "rusk.obj");
+  std::string mesh = read_whole_file(folder_.path() / "rusk" / "rusk.obj");
   mesh.erase(mesh.rfind("\nf ") + 1);
   folder_.write("rusk/rusk.obj", mesh);
   EXPECT_THAT(message_of<InputError>(
@@ -223,8 +224,8 @@ TEST(MakeModels, TheCommittedMeshesAreWhatTheScriptWrites) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
     if (!entry.is_regular_file()) continue;
     const auto relative = std::filesystem::relative(entry.path(), folder.path());
-    EXPECT_EQ(read_text_file(entry.path()),
-              read_text_file(std::filesystem::path(BINPICK_SOURCE_DIR) / "models" / relative))
+    EXPECT_EQ(read_whole_file(entry.path()),
+              read_whole_file(std::filesystem::path(BINPICK_SOURCE_DIR) / "models" / relative))
         << relative;
     ++compared;
   }

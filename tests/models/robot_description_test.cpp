@@ -5,13 +5,14 @@
 
 #include <cmath>
 
+#include "message_of.h"
 #include "models/errors.h"
 #include "models/mesh_geometry.h"
 #include "models/mesh_import.h"
 #include "models/object_model.h"
 #include "models/random.h"
-#include "models/temporary_folder.h"
 #include "models/xml_outline.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {
@@ -123,7 +124,7 @@ TEST(Lwr, EveryLinkHasClosedVisualMeshesAndCollisionShapes) {
 
 class BrokenUrdf : public ::testing::Test {
  protected:
-  BrokenUrdf() : text_(read_text_file(models_directory() / "lwr" / "lwr.urdf")) {
+  BrokenUrdf() : text_(read_whole_file(models_directory() / "lwr" / "lwr.urdf")) {
     std::filesystem::copy(models_directory() / "lwr" / "meshes", folder_.path() / "meshes");
   }
 

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "message_of.h"
 #include "models/errors.h"
 #include "models/random.h"
-#include "models/temporary_folder.h"
+#include "temporary_folder.h"
 
 namespace binpick {
 namespace {

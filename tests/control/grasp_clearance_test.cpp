@@ -1,0 +1,77 @@
+#include "control/grasp_clearance.h"
+
+#include <gtest/gtest.h>
+
+#include "models/gripper_description.h"
+
+namespace binpick {
+namespace {
+
+/// A camera 1 m above the table that looks straight down and sees `p_world` in its one pixel.
+RangeImage view_of(const Eigen::Vector3d& p_world) {
+  RangeImage image;
+  image.intrinsics = {1, 1, 500.0, 500.0, 0.0, 0.0};
+  image.T_world_camera.linear() << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+  image.T_world_camera.translation() << p_world.x(), p_world.y(), 1.0;
+  image.depth = {static_cast<float>(1.0 - p_world.z())};
+  return image;
+}
+
+ObjectModel small_box() {
+  ObjectModel object;
+  object.name = "box";
+  for (const double x : {-0.02, 0.02}) {
+    for (const double y : {-0.02, 0.02}) {
+      for (const double z : {-0.02, 0.02}) object.mesh.vertices.emplace_back(x, y, z);
+    }
+  }
+  Grasp grasp;
+  grasp.T_object_grasp.linear() << 1, 0, 0, 0, -1, 0, 0, 0, -1;  // straight down, jaws along y
+  grasp.pre_opening = 0.08;
+  object.grasps = {grasp};
+  return object;
+}
+
+class GraspClearanceTest : public ::testing::Test {
+ protected:
+  int obstruction_by(const Eigen::Vector3d& p_from_object) {
+    GraspPlan plan;
+    plan.detection.T_scene_model.translation() << 0.5, 0.0, 0.10;
+    plan.object = &object_;
+    plan.grasp = &object_.grasps.front();
+    plan.T_world_grasp = plan.detection.T_scene_model * plan.grasp->T_object_grasp;
+    const Eigen::Vector3d p_world = plan.detection.T_scene_model * p_from_object;
+    return GraspClearance(view_of(p_world), gripper_, 0.0).obstructing_points(plan);
+  }
+
+  GripperDescription gripper_ = load_gripper();
+  ObjectModel object_ = small_box();
+  double finger_ = 0.04 + 0.5 * gripper_.finger_thickness;  ///< y of a finger's middle
+};
+
+TEST_F(GraspClearanceTest, CountsWhatStandsUnderAFinger) {
+  EXPECT_EQ(obstruction_by({0.0, finger_, 0.0}), 1);
+  EXPECT_EQ(obstruction_by({0.0, -finger_, 0.05}), 1) << "swept on the way down";
+}
+
+TEST_F(GraspClearanceTest, IgnoresWhatTheFingersPass) {
+  EXPECT_EQ(obstruction_by({0.0, 0.03, 0.0}), 0) << "between the jaws";
+  EXPECT_EQ(obstruction_by({0.0, 0.09, 0.0}), 0) << "outside the finger";
+  EXPECT_EQ(obstruction_by({0.05, finger_, 0.0}), 0) << "beside the pad";
+  EXPECT_EQ(obstruction_by({0.0, finger_, -0.03}), 0) << "below the tips";
+}
+
+TEST_F(GraspClearanceTest, CountsWhatTheHousingWouldMeet) {
+  EXPECT_EQ(obstruction_by({0.0, 0.0, gripper_.finger_length - gripper_.tip_beyond_tcp + 0.02}), 1);
+}
+
+TEST_F(GraspClearanceTest, TheTargetIsNotInItsOwnWay) {
+  EXPECT_EQ(obstruction_by({0.0, 0.0, 0.02}), 0);
+}
+
+TEST_F(GraspClearanceTest, TheTableIsNoObstacle) {
+  EXPECT_EQ(obstruction_by({0.0, finger_, -0.095}), 0);
+}
+
+}  // namespace
+}  // namespace binpick

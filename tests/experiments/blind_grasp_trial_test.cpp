@@ -1,0 +1,73 @@
+#include "experiments/blind_grasp_trial.h"
+
+#include <gtest/gtest.h>
+
+#include "models/errors.h"
+#include "models/yaml_config.h"
+#include "temporary_folder.h"
+
+namespace binpick {
+namespace {
+
+constexpr const char* kScenes = BINPICK_SOURCE_DIR "/scenes";
+
+BlindGraspTrial make_trial(const std::string& more = "") {
+  BlindGraspTrial trial;
+  read_yaml_text("scene: blind_bottle.yaml\ngrasp: top across wide axis\n" + more, "test",
+                 [&](ConfigVisitor& visitor) { trial.visit(visitor); });
+  trial.prepare(kScenes);
+  return trial;
+}
+
+TrialContext context_of(std::int64_t trial) {
+  return {TrialSeeds(2012, "table1", "cell", trial), trial, {}, {}, {}};
+}
+
+TEST(BlindGraspTrial, GraspsTheBottleWhereItIsBelieved) {
+  const TrialRecord record = make_trial("pose_error: 0\n").run(context_of(0));
+  EXPECT_EQ(record.outcome, TrialOutcome::kSuccess) << record.note;
+  EXPECT_NEAR(record.measures.at("jaw_width_m"), 0.103, 0.003);
+}
+
+TEST(BlindGraspTrial, FailsWhenTheBottleIsFarFromWhereItIsBelieved) {
+  const TrialRecord record = make_trial("pose_error: 0.2\n").run(context_of(0));
+  EXPECT_EQ(record.outcome, TrialOutcome::kFailedGrasp);
+  EXPECT_EQ(record.stage, TrialStage::kGrasp);
+}
+
+TEST(BlindGraspTrial, EndsAtACollisionOnlyWhenTheReactionIsOn) {
+  // Trial 4 strikes the bottle's shoulder (15.7 N by the estimate with the reaction on).
+  const TrialRecord on = make_trial("collision_force: 10\n").run(context_of(4));
+  EXPECT_EQ(on.outcome, TrialOutcome::kCollisionAbort);
+  EXPECT_EQ(on.stage, TrialStage::kApproach);
+  const TrialRecord off = make_trial("collision_force: 10\nreaction: off\n").run(context_of(4));
+  EXPECT_NE(off.outcome, TrialOutcome::kCollisionAbort);
+  EXPECT_GT(off.measures.at("peak_force_n"), 10.0);
+}
+
+TEST(BlindGraspTrial, SameSeedsGiveTheSameBits) {
+  BlindGraspTrial trial = make_trial();
+  const TrialRecord first = trial.run(context_of(1));
+  (void)trial.run(context_of(2));
+  EXPECT_TRUE(identical(first, trial.run(context_of(1))));
+  EXPECT_TRUE(identical(first, make_trial().run(context_of(1))));
+}
+
+TEST(BlindGraspTrial, RecordingChangesNothing) {
+  const TemporaryFolder folder;
+  BlindGraspTrial trial = make_trial();
+  TrialContext recorded = context_of(1);
+  recorded.trace = folder.path();
+  EXPECT_TRUE(identical(trial.run(context_of(1)), trial.run(recorded)));
+  EXPECT_GT(std::filesystem::file_size(folder.path() / "trace.csv"), 1000u);
+}
+
+TEST(BlindGraspTrial, AnUnknownGraspIsAnInputError) {
+  BlindGraspTrial trial;
+  read_yaml_text("scene: blind_bottle.yaml\ngrasp: by the ears\n", "test",
+                 [&](ConfigVisitor& visitor) { trial.visit(visitor); });
+  EXPECT_THROW(trial.prepare(kScenes), InputError);
+}
+
+}  // namespace
+}  // namespace binpick
