@@ -7,6 +7,7 @@
 set(BINPICK_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
 
 add_library(binpick_build_flags INTERFACE)
+target_link_libraries(binpick_build_flags INTERFACE Threads::Threads)
 # No contraction to FMA: the same seed gives the same bytes on every path through the code.
 target_compile_options(binpick_build_flags INTERFACE ${BINPICK_WARNINGS} -ffp-contract=off)
 if(BINPICK_SANITIZE)
@@ -21,10 +22,6 @@ function(binpick_add_room name)
   cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "_main\\.cpp$")
-  if(NOT sources)
-    file(WRITE ${CMAKE_BINARY_DIR}/${name}_room.cpp "")
-    set(sources ${CMAKE_BINARY_DIR}/${name}_room.cpp)
-  endif()
   set(door ${CMAKE_BINARY_DIR}/rooms/${name})
   file(MAKE_DIRECTORY ${door})
   file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${name} ${door}/${name} SYMBOLIC)
