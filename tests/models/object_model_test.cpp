@@ -217,8 +217,8 @@ TEST(ObjectModel, UnknownNamesAreRefused) {
 
 TEST(MakeModels, TheCommittedMeshesAreWhatTheScriptWrites) {
   const TemporaryFolder folder;
-  const std::string command =
-      "python3 " BINPICK_SOURCE_DIR "/scripts/make_models.py --out " + folder.path().string();
+  const std::string command = "python3 '" BINPICK_SOURCE_DIR "/scripts/make_models.py' --out '" +
+                              folder.path().string() + "'";
   ASSERT_EQ(std::system(command.c_str()), 0);
   int compared = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
