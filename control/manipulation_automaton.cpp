@@ -240,6 +240,7 @@ AutomatonConditions ManipulationAutomaton::after_skill(SkillResult result, Autom
   event.object = plan.detection.model;
   event.detail = fmt::format("{}: {}", plan.grasp->name, to_text(result));
   AutomatonConditions conditions;
+  // No path for the arm ends an attempt just as a collision does: overview, and look again.
   conditions.collision = result == SkillResult::kCollision || result == SkillResult::kUnreachable;
   conditions.failed_grasp = result == SkillResult::kFailedGrasp;
   if (conditions.C()) {

@@ -1,8 +1,8 @@
 #include "control/robot_skills.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace binpick {
@@ -15,6 +15,10 @@ constexpr double kSettleTime = 0.1;
 constexpr int kNoiseVotes = 6;
 // Moves to the overview pose that a touch on the way may interrupt.
 constexpr int kOverviewAttempts = 3;
+// Orientations about the vertical that are tried for putting an object down.
+constexpr int kYaws = 16;
+// Against the margin to the joint limits, per m: a centimetre outside outweighs any posture.
+constexpr double kOverflowWeight = 100.0;
 // Holding a placed object down before letting go, s.
 constexpr double kReleaseTime = 0.2;
 
@@ -70,6 +74,19 @@ double lowest_point(const Eigen::Isometry3d& T_world_object, const ObjectModel& 
     lowest = std::min(lowest, (T_world_object * vertex).z());
   }
   return lowest;
+}
+
+/// The object at `slot`, standing on the place's floor, turned by `yaw`.
+Eigen::Isometry3d put_down(const Eigen::Matrix3d& R_world_object, double yaw,
+                           const ObjectModel& object, const Place& place,
+                           const Eigen::Vector2d& slot) {
+  Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();
+  T_world_object.linear() =
+      Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_world_object;
+  T_world_object.translation() << slot, 0.0;
+  const double bottom = lowest_point(T_world_object, object);
+  T_world_object.translation().z() = place.floor_height - bottom;
+  return T_world_object;
 }
 
 }  // namespace
@@ -196,22 +213,16 @@ std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
 
   std::optional<Placement> best;
   double best_cost = std::numeric_limits<double>::infinity();
-  constexpr int kYaws = 16;
   for (int i = 0; i < kYaws; ++i) {
     const double yaw = 2.0 * std::numbers::pi * i / kYaws;
-    Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();
-    T_world_object.linear() =
-        Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_world_object;
-    T_world_object.translation() << slot, 0.0;
-    const double bottom = lowest_point(T_world_object, *plan.object);
-    T_world_object.translation().z() = place.floor_height - bottom;
+    const Eigen::Isometry3d T_world_object =
+        put_down(R_world_object, yaw, *plan.object, place, slot);
     const Eigen::Isometry3d T_world_release = T_world_object * T_object_tcp;
     const double clear = above - lowest_point(T_world_object, *plan.object);
     const Eigen::Isometry3d T_world_above = raised(T_world_release, clear);
     const IkResult q_above = parts_.kinematics.solve(T_world_above, manipulator_.state().joints.q);
     const IkResult q_release = parts_.kinematics.solve(T_world_release, parts_.layout.overview);
     if (!q_above || !q_release) continue;
-    constexpr double kOverflowWeight = 100.0;  // a centimetre outside outweighs any posture
     const double cost = kOverflowWeight * overflow(T_world_object, *plan.object, place) -
                         std::min(q_above->margin, q_release->margin);
     if (cost < best_cost) {
