@@ -48,6 +48,7 @@ std::vector<Detection> GraspSelector::pickable(const std::vector<Detection>& det
   std::stable_sort(by_height.begin(), by_height.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Detection> sorted;
+  sorted.reserve(by_height.size());
   for (auto& [height, detection] : by_height) sorted.push_back(std::move(detection));
   return sorted;
 }

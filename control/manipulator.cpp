@@ -9,8 +9,8 @@ namespace {
 // Jaws stand still when they have moved less than this within the watch time.
 constexpr double kJawStandstill = 0.0002;
 constexpr double kJawWatchTime = 0.1;
-// Backstop: longer than the slowest full stroke at 50 mm/s.
-constexpr double kJawTimeOut = 5.0;
+// Backstop, 5 s: longer than the slowest full stroke at 50 mm/s.
+constexpr int kMostJawWatches = 50;
 
 }  // namespace
 
@@ -73,7 +73,7 @@ Eigen::Isometry3d Manipulator::line_start() const noexcept {
 
 GripperState Manipulator::move_gripper(const GripperCommand& command) {
   command_gripper(command);
-  for (double waited = 0.0; waited < kJawTimeOut; waited += kJawWatchTime) {
+  for (int watch = 0; watch < kMostJawWatches; ++watch) {
     const double before = state_.gripper.width;
     hold(kJawWatchTime, {.on_collision = false});
     if (std::abs(state_.gripper.width - before) < kJawStandstill) break;

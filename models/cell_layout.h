@@ -10,8 +10,8 @@ namespace binpick {
 
 /// Where objects of one kind are brought.
 struct Place {
-  std::string name;                  ///< e.g. "bottle bin"
-  std::vector<std::string> objects;  ///< the models that belong here
+  std::string name;                                   ///< e.g. "bottle bin"
+  std::vector<std::string> objects;                   ///< the models that belong here
   Eigen::Vector2d p_world = Eigen::Vector2d::Zero();  ///< centre of the place, m
   /// Where the tool centre goes for the first, second, ... object, starting again after the last;
   /// never empty. Objects are lowered there until contact.

@@ -50,8 +50,8 @@ std::optional<std::int64_t> parse_integer(const std::string& text) {
 
 class YamlReader : public ConfigVisitor {
  public:
-  YamlReader(YAML::Node node, std::string path, Problems& problems)
-      : node_(std::move(node)), path_(std::move(path)), problems_(problems) {
+  YamlReader(const YAML::Node& node, std::string path, Problems& problems)
+      : node_(node), path_(std::move(path)), problems_(problems) {
     collect_keys();
   }
 
