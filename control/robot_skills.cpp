@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "models/mesh_geometry.h"
+
 namespace binpick {
 namespace {
 
@@ -68,14 +70,6 @@ double overflow(const Eigen::Isometry3d& T_world_object, const ObjectModel& obje
   return worst;
 }
 
-double lowest_point(const Eigen::Isometry3d& T_world_object, const ObjectModel& object) {
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& vertex : object.mesh.vertices) {
-    lowest = std::min(lowest, (T_world_object * vertex).z());
-  }
-  return lowest;
-}
-
 /// The object at `slot`, standing on the place's floor, turned by `yaw`.
 Eigen::Isometry3d put_down(const Eigen::Matrix3d& R_world_object, double yaw,
                            const ObjectModel& object, const Place& place,
@@ -84,7 +78,7 @@ Eigen::Isometry3d put_down(const Eigen::Matrix3d& R_world_object, double yaw,
   T_world_object.linear() =
       Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_world_object;
   T_world_object.translation() << slot, 0.0;
-  const double bottom = lowest_point(T_world_object, object);
+  const double bottom = lowest_point(T_world_object, object.mesh);
   T_world_object.translation().z() = place.floor_height - bottom;
   return T_world_object;
 }
@@ -218,7 +212,7 @@ std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
     const Eigen::Isometry3d T_world_object =
         put_down(R_world_object, yaw, *plan.object, place, slot);
     const Eigen::Isometry3d T_world_release = T_world_object * T_object_tcp;
-    const double clear = above - lowest_point(T_world_object, *plan.object);
+    const double clear = above - lowest_point(T_world_object, plan.object->mesh);
     const Eigen::Isometry3d T_world_above = raised(T_world_release, clear);
     const IkResult q_above = parts_.kinematics.solve(T_world_above, manipulator_.state().joints.q);
     const IkResult q_release = parts_.kinematics.solve(T_world_release, parts_.layout.overview);

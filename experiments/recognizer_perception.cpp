@@ -10,9 +10,7 @@ std::vector<Detection> RecognizerPerception::recognize(const RangeImage& image) 
   for (Detection& detection : result.detections) {
     detection.T_scene_model = image.T_world_camera * detection.T_scene_model;
   }
-  image_ = image;
-  last_ = std::move(result.detections);
-  return last_;
+  return std::move(result.detections);
 }
 
 std::shared_ptr<const Recognizer> make_recognizer(const std::vector<ObjectModel>& objects,

@@ -18,16 +18,10 @@ class RecognizerPerception final : public Perception {
 
   [[nodiscard]] std::vector<Detection> recognize(const RangeImage& image) override;
 
-  [[nodiscard]] const std::vector<Detection>& last_detections() const noexcept { return last_; }
-  [[nodiscard]] const RangeImage& last_image() const noexcept { return image_; }
-  [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
-
  private:
   std::shared_ptr<const Recognizer> recognizer_;
   Seed seed_;
   std::uint64_t frames_ = 0;
-  std::vector<Detection> last_;
-  RangeImage image_;
 };
 
 /// A recognizer for `objects`: their meshes and symmetries, each kind once.

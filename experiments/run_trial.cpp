@@ -17,22 +17,21 @@ std::string one_line(std::string text) {
 }  // namespace
 
 TrialRun run_trial(TrialKind& kind, const TrialContext& context) {
-  TrialStage stage = TrialStage::kSetup;
-  TrialContext watched = context;
-  watched.report_stage = [&](TrialStage entered) {
-    stage = entered;
-    context.enter(entered);
-  };
+  const StageWatch watch(context);
   try {
-    TrialRecord record = kind.run(watched);
+    TrialRecord record = kind.run(watch.context());
     record.note = one_line(record.note);
     return {std::move(record), true};
   } catch (const std::exception& error) {
-    return {{TrialOutcome::kCrashed, stage, one_line(fmt::format("threw: {}", error.what())), {}},
+    return {{TrialOutcome::kCrashed,
+             watch.stage(),
+             one_line(fmt::format("threw: {}", error.what())),
+             {}},
             false};
   } catch (...) {
-    return {{TrialOutcome::kCrashed, stage, "threw something that is no std::exception", {}},
-            false};
+    return {
+        {TrialOutcome::kCrashed, watch.stage(), "threw something that is no std::exception", {}},
+        false};
   }
 }
 

@@ -48,6 +48,28 @@ struct TrialContext {
   }
 };
 
+/// Remembers the stage that a trial entered last, so that whatever ends it is booked there.
+class StageWatch {
+ public:
+  /// `context` and the watch must outlive the trial.
+  explicit StageWatch(const TrialContext& context) : watched_(context) {
+    watched_.report_stage = [this, &context](TrialStage entered) {
+      stage_ = entered;
+      context.enter(entered);
+    };
+  }
+  StageWatch(const StageWatch&) = delete;
+  StageWatch& operator=(const StageWatch&) = delete;
+
+  /// To be handed to the trial in place of its context.
+  [[nodiscard]] const TrialContext& context() const noexcept { return watched_; }
+  [[nodiscard]] TrialStage stage() const noexcept { return stage_; }
+
+ private:
+  TrialContext watched_;
+  TrialStage stage_ = TrialStage::kSetup;
+};
+
 /// A protocol: how one trial is set up, run and scored.
 ///
 /// The runner makes one instance per worker process and uses it for many trials of many cells:

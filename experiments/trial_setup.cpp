@@ -27,18 +27,13 @@ std::vector<std::filesystem::path> trial_input_files(const std::filesystem::path
 
 void run_in_simulation(const TrialContext& context, TrialRecord& record,
                        const std::function<void(const TrialContext&)>& body) {
-  TrialStage stage = TrialStage::kSetup;
-  TrialContext observed = context;
-  observed.report_stage = [&](TrialStage entered) {
-    stage = entered;
-    context.enter(entered);
-  };
+  const StageWatch watch(context);
   try {
-    body(observed);
+    body(watch.context());
   } catch (const SimulationDiverged& diverged) {
-    fail(record, TrialOutcome::kDiverged, stage, diverged.what());
+    fail(record, TrialOutcome::kDiverged, watch.stage(), diverged.what());
   } catch (const TimeBudgetSpent& spent) {
-    fail(record, TrialOutcome::kTimeout, stage, spent.what());
+    fail(record, TrialOutcome::kTimeout, watch.stage(), spent.what());
   }
 }
 

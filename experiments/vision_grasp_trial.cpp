@@ -8,6 +8,7 @@
 
 #include "experiments/trial_setup.h"
 #include "models/errors.h"
+#include "models/mesh_geometry.h"
 #include "sim/pile.h"
 
 namespace binpick {
@@ -93,10 +94,7 @@ void VisionGraspTrial::place_single_object(World& world, Seed seed) const {
 
   Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();
   T_world_object.linear() = standing.R_world_object();
-  double lowest = 0.0;
-  for (const Eigen::Vector3d& vertex : world.object_model(0).mesh.vertices) {
-    lowest = std::min(lowest, (T_world_object * vertex).z());
-  }
+  const double lowest = lowest_point(T_world_object, world.object_model(0).mesh);
   T_world_object.translation() << standing.position, -lowest;
   world.set_object_pose(0, T_world_object);
 }

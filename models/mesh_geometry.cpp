@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -90,6 +91,14 @@ Eigen::AlignedBox3d bounding_box(const TriangleMesh& mesh) {
 }
 
 double bounding_diagonal(const TriangleMesh& mesh) { return bounding_box(mesh).diagonal().norm(); }
+
+double lowest_point(const Eigen::Isometry3d& T_world_mesh, const TriangleMesh& mesh) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    lowest = std::min(lowest, (T_world_mesh * vertex).z());
+  }
+  return lowest;
+}
 
 bool is_watertight(const TriangleMesh& mesh) {
   std::map<std::pair<std::int32_t, std::int32_t>, int> directed_edges;

@@ -27,6 +27,9 @@ struct MassProperties {
 /// The diagonal of the bounding box, the usual stand-in for a model's diameter.
 [[nodiscard]] double bounding_diagonal(const TriangleMesh& mesh);
 
+/// z of the lowest vertex of the mesh placed at `T_world_mesh`; infinity without vertices.
+[[nodiscard]] double lowest_point(const Eigen::Isometry3d& T_world_mesh, const TriangleMesh& mesh);
+
 /// Every edge is shared by exactly two triangles that run through it in opposite directions.
 [[nodiscard]] bool is_watertight(const TriangleMesh& mesh);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "models/mesh_geometry.h"
 #include "sim/world.h"
 
 namespace binpick {
@@ -58,9 +59,7 @@ double World::object_lowest_point(int object) const {
   const Eigen::Isometry3d T = object_pose(object);
   double lowest = std::numeric_limits<double>::infinity();
   for (const TriangleMesh& piece : object_model(object).collision) {
-    for (const Eigen::Vector3d& vertex : piece.vertices) {
-      lowest = std::min(lowest, (T * vertex).z());
-    }
+    lowest = std::min(lowest, lowest_point(T, piece));
   }
   return lowest;
 }
