@@ -17,7 +17,8 @@ if(BINPICK_SANITIZE)
 endif()
 
 # binpick_add_room(NAME [DEPENDS room...] [PUBLIC library...] [PRIVATE library...])
-# Builds the static library binpick_NAME from every .cpp of the current folder.
+# Builds the static library binpick_NAME from every .cpp of the current folder. Its code may go into
+# a shared library (a Python module, say); calls inside it are bound like those of a program.
 function(binpick_add_room name)
   cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
@@ -27,6 +28,8 @@ function(binpick_add_room name)
   file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${name} ${door}/${name} SYMBOLIC)
   add_library(binpick_${name} STATIC ${sources})
   add_library(binpick::${name} ALIAS binpick_${name})
+  set_target_properties(binpick_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(binpick_${name} PRIVATE -fno-semantic-interposition)
   target_include_directories(binpick_${name} PUBLIC ${door})
   list(TRANSFORM ARG_DEPENDS PREPEND binpick_)
   target_link_libraries(binpick_${name} PUBLIC ${ARG_DEPENDS} ${ARG_PUBLIC} Eigen3::Eigen
