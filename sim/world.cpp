@@ -160,6 +160,7 @@ RobotState World::sensors() const {
     state.joints.tau[joint] = data_->qfrc_actuator[index.arm_dof[i]];
   }
   state.joints.theta = state.joints.q;
+  state.joints.theta_d = state.joints.qd;
   state.gripper.width = data_->qpos[index.jaw_qpos[0]] + data_->qpos[index.jaw_qpos[1]];
   state.gripper.force = gripper_.closing_force();
   return state;
