@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "recognition/hypothesis.h"
+#include "recognition/hypothesis_clusters.h"
 #include "recognition/model_library.h"
 #include "recognition/observed_scene.h"
 #include "recognition/render_verification.h"
@@ -16,13 +17,6 @@ struct Candidate {
   Eigen::Isometry3f T_camera_model = Eigen::Isometry3f::Identity();
   RenderComparison comparison;
 };
-
-/// The tolerances that follow from a model's size and the scene's noise.
-struct ModelTolerances {
-  float coarse = 0.0f;  ///< for poses straight from a point pair, m
-  float fine = 0.0f;    ///< for aligned poses, m
-};
-[[nodiscard]] ModelTolerances tolerances_for(const RecognitionModel& model, float noise);
 
 /// From many hypotheses to few detections, for the default setting: clusters what was generated,
 /// aligns the best of each cluster, verifies it by rendering, and picks a consistent set.
@@ -47,7 +41,6 @@ class CandidatePool {
   [[nodiscard]] int accepted() const noexcept { return static_cast<int>(candidates_.size()); }
 
  private:
-  [[nodiscard]] std::vector<Hypothesis> align(std::vector<Hypothesis> hypotheses) const;
   void verify(std::vector<Hypothesis> hypotheses, bool slide);
   void slide_to_silhouette(DepthRasterizer& rasterizer, Candidate& candidate) const;
 
@@ -60,11 +53,5 @@ class CandidatePool {
   std::vector<Hypothesis> tried_;  // aligned poses that were compared before
   std::vector<Candidate> candidates_;
 };
-
-/// Keeps the best hypothesis of every cluster of poses closer than `share` of the diameter
-/// (symmetry-aware), at most `most` per model, none close to one of `known`. Best first per model.
-[[nodiscard]] std::vector<Hypothesis> keep_cluster_heads(
-    std::vector<Hypothesis> hypotheses, const std::vector<RecognitionModel>& models, float share,
-    int most, const std::vector<Hypothesis>& known = {});
 
 }  // namespace binpick

@@ -4,6 +4,7 @@
 
 #include "recognition/depth_rasterizer.h"
 #include "recognition/pose_metrics.h"
+#include "recognition/projective_alignment.h"
 #include "recognition/shapes.h"
 #include "recognition/synthetic_scene.h"
 
