@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <utility>
 
 #include "models/errors.h"
 
@@ -12,14 +13,6 @@ namespace binpick {
 namespace {
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
-template <class T>
-T value_at(const char* data, std::endian order) {
-  std::array<char, sizeof(T)> bytes{};
-  std::memcpy(bytes.data(), data, sizeof(T));
-  if (order != std::endian::native) std::reverse(bytes.begin(), bytes.end());
-  return std::bit_cast<T>(bytes);
-}
 
 /// Printable and short, for messages.
 std::string quoted(std::string_view word) {
@@ -40,15 +33,21 @@ InputBytes::InputBytes(const std::filesystem::path& file) : name_(file.string())
   if (size > kMaxBytes) {
     throw InputError(fmt::format("{}: larger than {} MB; thin it out", name_, kMaxBytes >> 20));
   }
+  // Read rather than mapped: a file that shrinks meanwhile is an error, not a signal.
+  memory_ = std::make_unique_for_overwrite<char[]>(size);
+  bytes_ = {memory_.get(), size};
   std::ifstream stream(file, std::ios::binary);
-  bytes_.resize(size);
-  if (!stream.read(bytes_.data(), static_cast<std::streamsize>(size))) {
+  if (!stream.read(memory_.get(), static_cast<std::streamsize>(size))) {
     throw IoError(fmt::format("{}: cannot be read", name_));
   }
 }
 
-InputBytes::InputBytes(std::string bytes, std::string name)
-    : bytes_(std::move(bytes)), name_(std::move(name)) {}
+InputBytes::InputBytes(std::string_view bytes, std::string name)
+    : memory_(std::make_unique_for_overwrite<char[]>(bytes.size())),
+      bytes_(memory_.get(), bytes.size()),
+      name_(std::move(name)) {
+  std::copy(bytes.begin(), bytes.end(), memory_.get());
+}
 
 std::string_view InputBytes::line() {
   const std::string_view text = rest();
@@ -63,7 +62,7 @@ std::string_view InputBytes::word() {
   while (position_ < bytes_.size() && is_space(bytes_[position_])) ++position_;
   const std::size_t first = position_;
   while (position_ < bytes_.size() && !is_space(bytes_[position_])) ++position_;
-  return std::string_view(bytes_).substr(first, position_ - first);
+  return bytes_.substr(first, position_ - first);
 }
 
 std::string_view InputBytes::take(std::size_t count, std::string_view what) {
@@ -107,7 +106,7 @@ std::int64_t InputBytes::text_integer(std::string_view what, std::int64_t min, s
 }
 
 void InputBytes::fail_text(std::size_t offset, std::string_view message) const {
-  const std::string_view before = std::string_view(bytes_).substr(0, offset);
+  const std::string_view before = bytes_.substr(0, offset);
   const auto line = std::count(before.begin(), before.end(), '\n') + 1;
   const std::size_t line_begin = before.rfind('\n');
   const std::size_t column =
@@ -117,26 +116,6 @@ void InputBytes::fail_text(std::size_t offset, std::string_view message) const {
 
 void InputBytes::fail_binary(std::size_t offset, std::string_view message) const {
   throw InputError(fmt::format("{}: byte {}: {}", name_, offset, message));
-}
-
-double read_scalar(const char* data, ScalarType type, std::endian order) {
-  using Kind = ScalarType::Kind;
-  switch (type.size) {
-    case 1:
-      return type.kind == Kind::kSigned ? value_at<std::int8_t>(data, order)
-                                        : value_at<std::uint8_t>(data, order);
-    case 2:
-      return type.kind == Kind::kSigned ? value_at<std::int16_t>(data, order)
-                                        : value_at<std::uint16_t>(data, order);
-    case 4:
-      if (type.kind == Kind::kFloat) return static_cast<double>(value_at<float>(data, order));
-      return type.kind == Kind::kSigned ? value_at<std::int32_t>(data, order)
-                                        : value_at<std::uint32_t>(data, order);
-    default:
-      if (type.kind == Kind::kFloat) return value_at<double>(data, order);
-      return type.kind == Kind::kSigned ? static_cast<double>(value_at<std::int64_t>(data, order))
-                                        : static_cast<double>(value_at<std::uint64_t>(data, order));
-  }
 }
 
 }  // namespace binpick

@@ -1,11 +1,8 @@
 #pragma once
 
-#include <array>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -19,13 +16,13 @@ class InputBytes {
 
   /// @throws InputError for a missing or huge file, IoError when it cannot be read.
   explicit InputBytes(const std::filesystem::path& file);
-  /// From memory; `name` stands for the file in messages.
-  InputBytes(std::string bytes, std::string name);
+  /// A copy of `bytes`; `name` stands for the file in messages.
+  InputBytes(std::string_view bytes, std::string name);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::size_t position() const { return position_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
-  [[nodiscard]] std::string_view rest() const { return std::string_view(bytes_).substr(position_); }
+  [[nodiscard]] std::string_view rest() const { return bytes_.substr(position_); }
   void seek(std::size_t position) { position_ = position; }
 
   /// The next line without its end, which may be \n or \r\n. Empty at the end of the file.
@@ -45,19 +42,10 @@ class InputBytes {
   [[noreturn]] void fail_binary(std::size_t offset, std::string_view message) const;
 
  private:
-  std::string bytes_;
+  std::unique_ptr<char[]> memory_;
+  std::string_view bytes_;
   std::string name_;
   std::size_t position_ = 0;
 };
-
-/// A number's type in a binary part.
-struct ScalarType {
-  enum class Kind { kSigned, kUnsigned, kFloat };
-  Kind kind = Kind::kFloat;
-  std::size_t size = 4;  ///< bytes: 1, 2, 4 or 8; 4 or 8 for kFloat
-};
-
-/// Reads one number of `type` at `data`; integers beyond 2^53 lose digits.
-[[nodiscard]] double read_scalar(const char* data, ScalarType type, std::endian order);
 
 }  // namespace binpick

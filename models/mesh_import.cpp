@@ -85,7 +85,7 @@ void append_with_assimp(const std::filesystem::path& file, ByteWriter& out) {
   if (scene == nullptr) {
     throw InputError(fmt::format("{}: {}", file.string(), importer.GetErrorString()));
   }
-  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3f> points;
   std::vector<std::array<std::int32_t, 3>> triangles;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& part = *scene->mMeshes[m];

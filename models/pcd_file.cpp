@@ -9,20 +9,26 @@
 #include <utility>
 
 #include "models/lzf.h"
+#include "models/scalar_type.h"
 
 namespace binpick {
 namespace {
 
+constexpr std::size_t kLongestHeaderLine = 1u << 16;
+constexpr std::size_t kMostUnpackedBytes = std::size_t{256} << 20;
+
 struct Field {
   std::string name;
   ScalarType type;
-  std::size_t count = 1;   ///< values per point
-  std::size_t offset = 0;  ///< bytes before it in a point
+  std::size_t count = 1;        ///< values per point
+  std::size_t offset = 0;       ///< bytes before it in a point
+  std::size_t first_value = 0;  ///< values before it in a point
 };
 
 struct Header {
   std::vector<Field> fields;
-  std::size_t point_size = 0;
+  std::size_t point_size = 0;    ///< bytes
+  std::size_t point_values = 0;  ///< numbers
   std::size_t points = 0;
   std::size_t width = 0;
   std::size_t height = 0;
@@ -44,7 +50,9 @@ Lines read_lines(InputBytes& in) {
   while (!lines.contains("DATA")) {
     if (in.remaining() == 0) in.fail_text(in.position(), "the header ends without a line DATA");
     const std::size_t begin = in.position();
-    InputBytes words(std::string(in.line()), in.name());
+    const std::string_view text = in.line();
+    if (text.size() > kLongestHeaderLine) in.fail_text(begin, "too long for a PCD header");
+    InputBytes words(text, in.name());
     const std::string key(words.word());
     if (key.empty() || key.starts_with('#')) continue;
     if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
@@ -124,10 +132,12 @@ class HeaderParser {
       Field field;
       field.name = names.words[i].second;
       field.offset = header.point_size;
+      field.first_value = header.point_values;
       field.type.size = whole(sizes.words[i], 1, 8);
       if (counts != nullptr) field.count = whole(counts->words[i], 1, 1 << 20);
       parse_type(types.words[i], field.type);
       header.point_size += field.type.size * field.count;
+      header.point_values += field.count;
       header.fields.push_back(std::move(field));
     }
     if (header.fields.empty()) in_.fail_text(names.offset, "FIELDS names no field");
@@ -181,51 +191,55 @@ Columns find_columns(const InputBytes& in, const Header& header, std::size_t fie
   return columns;
 }
 
-/// Calls `value(field, i)` for every number of every point.
-template <class Value>
-void fill(const Header& header, const Columns& columns, SurfaceData& data, const Value& value) {
+void read_ascii(InputBytes& in, const Header& header, const Columns& columns, SurfaceData& data) {
+  // Every value takes a digit and a separator; the last needs no separator.
+  if (header.points > (in.remaining() + 1) / (2 * header.point_values)) {
+    in.fail_text(in.position(), fmt::format("{} points of {} values need more than the {} bytes "
+                                            "that follow; the file is truncated",
+                                            header.points, header.point_values, in.remaining()));
+  }
+  if (header.points == 0) return;
+  std::vector<double> row(header.point_values);
+  const auto triple = [&row](const std::array<const Field*, 3>& fields) {
+    return Eigen::Vector3f(Eigen::Vector3d(row[fields[0]->first_value], row[fields[1]->first_value],
+                                           row[fields[2]->first_value])
+                               .cast<float>());
+  };
   data.points.reserve(header.points);
   if (columns.with_normals()) data.normals.reserve(header.points);
   for (std::size_t i = 0; i < header.points; ++i) {
-    const auto triple = [&](const std::array<const Field*, 3>& fields) {
-      return Eigen::Vector3d(value(*fields[0], i), value(*fields[1], i), value(*fields[2], i));
-    };
+    for (double& number : row) number = in.text_number("a point's value");
     data.points.push_back(triple(columns.position));
     if (columns.with_normals()) data.normals.push_back(triple(columns.normal));
   }
 }
 
-void read_ascii(InputBytes& in, const Header& header, const Columns& columns, SurfaceData& data) {
-  std::size_t values = 0;
-  std::map<const Field*, std::size_t> first_value;
-  for (const Field& field : header.fields) {
-    first_value[&field] = values;
-    values += field.count;
-  }
-  if (header.points > (in.remaining() + 1) / (2 * values)) {
-    in.fail_text(in.position(), fmt::format("{} points of {} values need more than the {} bytes "
-                                            "that follow; the file is truncated",
-                                            header.points, values, in.remaining()));
-  }
-  std::vector<double> row(values);
-  std::size_t row_read = std::numeric_limits<std::size_t>::max();
-  fill(header, columns, data, [&](const Field& field, std::size_t i) {
-    if (i != row_read) {
-      for (double& number : row) number = in.text_number("a point's value");
-      row_read = i;
+enum class Layout { kPointByPoint, kFieldByField };
+
+void read_packed(std::string_view bytes, Layout layout, const Header& header,
+                 const Columns& columns, SurfaceData& data) {
+  const auto triples = [&](const std::array<const Field*, 3>& fields) {
+    std::array<PackedColumn, 3> packed;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Field& field = *fields[k];
+      packed[k] = layout == Layout::kFieldByField
+                      ? PackedColumn{field.offset * header.points, field.type.size, field.type}
+                      : PackedColumn{field.offset, header.point_size, field.type};
     }
-    return row[first_value.at(&field)];
-  });
+    return read_triples(bytes, packed, header.points, std::endian::little);
+  };
+  data.points = triples(columns.position);
+  if (columns.with_normals()) data.normals = triples(columns.normal);
 }
 
-/// `plane_stride` says where a field's values lie: point by point, or field by field.
-void read_packed(std::string_view bytes, bool field_by_field, const Header& header,
-                 const Columns& columns, SurfaceData& data) {
-  fill(header, columns, data, [&](const Field& field, std::size_t i) {
-    const std::size_t at = field_by_field ? field.offset * header.points + i * field.type.size
-                                          : i * header.point_size + field.offset;
-    return read_scalar(bytes.data() + at, field.type, std::endian::little);
-  });
+void read_binary(InputBytes& in, const Header& header, const Columns& columns, SurfaceData& data) {
+  if (header.points > in.remaining() / header.point_size) {
+    in.fail_binary(in.position(), fmt::format("{} points of {} bytes need more than the {} bytes "
+                                              "that follow; the file is truncated",
+                                              header.points, header.point_size, in.remaining()));
+  }
+  read_packed(in.take(header.points * header.point_size, "the points"), Layout::kPointByPoint,
+              header, columns, data);
 }
 
 void read_compressed(InputBytes& in, const Header& header, const Columns& columns,
@@ -238,15 +252,22 @@ void read_compressed(InputBytes& in, const Header& header, const Columns& column
   };
   const std::size_t packed_size = size("the compressed size");
   const std::size_t plain_size = size("the uncompressed size");
-  if (plain_size != header.points * header.point_size) {
-    in.fail_binary(begin, fmt::format("the data unpack to {} bytes but the header promises {}",
-                                      plain_size, header.points * header.point_size));
+  // Divided, as the product of two numbers that the file chose may overflow.
+  if (plain_size / header.point_size != header.points || plain_size % header.point_size != 0) {
+    in.fail_binary(
+        begin, fmt::format("the data unpack to {} bytes but the header promises {} points of {}",
+                           plain_size, header.points, header.point_size));
+  }
+  if (plain_size > kMostUnpackedBytes) {
+    in.fail_binary(begin, fmt::format("the data unpack to more than {} MB; write the cloud with "
+                                      "DATA binary",
+                                      kMostUnpackedBytes >> 20));
   }
   const std::size_t packed_begin = in.position();
   const std::optional<std::string> plain =
       unpack_lzf(in.take(packed_size, "the compressed points"), plain_size);
   if (!plain) in.fail_binary(packed_begin, "the compressed points are damaged; fetch them again");
-  read_packed(*plain, true, header, columns, data);
+  read_packed(*plain, Layout::kFieldByField, header, columns, data);
 }
 
 }  // namespace
@@ -261,8 +282,7 @@ SurfaceData read_pcd(InputBytes& in) {
   if (header.encoding == "ascii") {
     read_ascii(in, header, columns, data);
   } else if (header.encoding == "binary") {
-    read_packed(in.take(header.points * header.point_size, "the points"), false, header, columns,
-                data);
+    read_binary(in, header, columns, data);
   } else {
     read_compressed(in, header, columns, data);
   }

@@ -6,8 +6,13 @@
 #include <limits>
 #include <map>
 
+#include "models/scalar_type.h"
+
 namespace binpick {
 namespace {
+
+constexpr std::size_t kMostProperties = 1000;  // of all elements together
+constexpr std::size_t kMostTriangles = 10'000'000;
 
 struct Property {
   std::string name;
@@ -91,6 +96,7 @@ Header parse_header(InputBytes& in) {
   if (in.line() != "ply") in.fail_text(0, "a PLY file must begin with the line 'ply'");
   Header header;
   bool has_format = false;
+  std::size_t properties = 0;
   while (true) {
     const std::string_view keyword = in.word();
     const std::size_t offset = in.position() - keyword.size();
@@ -119,8 +125,10 @@ Header parse_header(InputBytes& in) {
       element.count = static_cast<std::size_t>(
           in.text_integer("the number of elements", 0, std::numeric_limits<std::int32_t>::max()));
       header.elements.push_back(std::move(element));
+      if (header.elements.size() > kMostProperties) in.fail_text(offset, "too many elements");
     } else if (keyword == "property" && !header.elements.empty()) {
       header.elements.back().properties.push_back(parse_property(in));
+      if (++properties > kMostProperties) in.fail_text(offset, "too many properties");
     } else {
       in.fail_text(offset, keyword.empty() ? "the file ends within its header"
                                            : "not a line of a PLY header");
@@ -139,9 +147,7 @@ class NumberSource {
 
   double next(ScalarType type, std::string_view what) {
     if (encoding_ == Encoding::kAscii) return in_.text_number(what);
-    const std::endian order =
-        encoding_ == Encoding::kBigEndian ? std::endian::big : std::endian::little;
-    return read_scalar(in_.take(type.size, what).data(), type, order);
+    return read_scalar(in_.take(type.size, what).data(), type, order());
   }
 
   /// A whole number in [0, limit).
@@ -159,58 +165,120 @@ class NumberSource {
     in_.fail_binary(offset, message);
   }
 
+  [[nodiscard]] std::size_t position() const { return in_.position(); }
   [[nodiscard]] std::size_t remaining() const { return in_.remaining(); }
+  [[nodiscard]] std::endian order() const {
+    return encoding_ == Encoding::kBigEndian ? std::endian::big : std::endian::little;
+  }
 
  private:
   InputBytes& in_;
   Encoding encoding_;
 };
 
-std::vector<std::size_t> read_list(NumberSource& numbers, const Property& property,
-                                   std::size_t limit, bool keep) {
-  const std::size_t length =
-      numbers.next_index(property.count_type, "a list's length", numbers.remaining() + 1);
-  std::vector<std::size_t> items;
-  for (std::size_t i = 0; i < length; ++i) {
-    if (keep) {
-      items.push_back(numbers.next_index(property.type, "a vertex index", limit));
-    } else {
-      static_cast<void>(numbers.next(property.type, "a list's item"));
-    }
-  }
-  return items;
+std::size_t read_length(NumberSource& numbers, const Property& property) {
+  return numbers.next_index(property.count_type, "a list's length", numbers.remaining() + 1);
 }
 
-void read_vertices(NumberSource& numbers, const InputBytes& in, const Element& element,
-                   SurfaceData& data) {
+void skip_list(NumberSource& numbers, const Property& property) {
+  for (std::size_t left = read_length(numbers, property); left > 0; --left) {
+    static_cast<void>(numbers.next(property.type, "a list's item"));
+  }
+}
+
+/// Reads a polygon's corners and adds it as a fan of triangles.
+void read_polygon(NumberSource& numbers, const Property& property, std::size_t vertices,
+                  SurfaceData& data) {
+  const std::size_t begin = numbers.position();
+  const std::size_t length = read_length(numbers, property);
+  std::int32_t first = 0;
+  std::int32_t previous = 0;
+  for (std::size_t k = 0; k < length; ++k) {
+    const auto corner =
+        static_cast<std::int32_t>(numbers.next_index(property.type, "a vertex index", vertices));
+    if (k == 0) first = corner;
+    if (k >= 2) data.triangles.push_back({first, previous, corner});
+    previous = corner;
+    if (data.triangles.size() > kMostTriangles) {
+      numbers.fail(begin, fmt::format("more than {} triangles; simplify the mesh", kMostTriangles));
+    }
+  }
+}
+
+/// Where the coordinates and normals stand among a vertex's properties.
+struct VertexLayout {
+  std::array<std::size_t, 3> position{};
+  std::array<std::size_t, 3> normal{};
+  bool with_normals = false;
+};
+
+VertexLayout find_layout(const InputBytes& in, const Element& element) {
+  const std::size_t none = element.properties.size();
   const auto column = [&](std::string_view name) {
     const auto found =
         std::find_if(element.properties.begin(), element.properties.end(),
                      [&](const Property& p) { return p.name == name && !p.is_list; });
     return static_cast<std::size_t>(found - element.properties.begin());
   };
-  const std::size_t none = element.properties.size();
-  const std::array<std::size_t, 3> position{column("x"), column("y"), column("z")};
-  const std::array<std::size_t, 3> normal{column("nx"), column("ny"), column("nz")};
-  if (std::find(position.begin(), position.end(), none) != position.end()) {
+  VertexLayout layout{{column("x"), column("y"), column("z")},
+                      {column("nx"), column("ny"), column("nz")}};
+  if (std::find(layout.position.begin(), layout.position.end(), none) != layout.position.end()) {
     in.fail_text(element.offset, "vertices need the properties x, y and z");
   }
-  const bool with_normals = std::find(normal.begin(), normal.end(), none) == normal.end();
-  data.points.reserve(element.count);
-  if (with_normals) data.normals.reserve(element.count);
+  layout.with_normals =
+      std::find(layout.normal.begin(), layout.normal.end(), none) == layout.normal.end();
+  return layout;
+}
+
+/// Vertices one number after the other, for text and for rows of varying length.
+void read_vertex_rows(NumberSource& numbers, const Element& element, const VertexLayout& layout,
+                      SurfaceData& data) {
   std::vector<double> row(element.properties.size());
+  const auto triple = [&row](const std::array<std::size_t, 3>& at) {
+    return Eigen::Vector3f(Eigen::Vector3d(row[at[0]], row[at[1]], row[at[2]]).cast<float>());
+  };
+  data.points.reserve(element.count);
+  if (layout.with_normals) data.normals.reserve(element.count);
   for (std::size_t i = 0; i < element.count; ++i) {
     for (std::size_t k = 0; k < row.size(); ++k) {
       const Property& property = element.properties[k];
       if (property.is_list) {
-        static_cast<void>(read_list(numbers, property, 0, false));
+        skip_list(numbers, property);
       } else {
         row[k] = numbers.next(property.type, "a vertex property");
       }
     }
-    data.points.emplace_back(row[position[0]], row[position[1]], row[position[2]]);
-    if (with_normals) data.normals.emplace_back(row[normal[0]], row[normal[1]], row[normal[2]]);
+    data.points.push_back(triple(layout.position));
+    if (layout.with_normals) data.normals.push_back(triple(layout.normal));
   }
+}
+
+void read_vertices(InputBytes& in, Encoding encoding, const Element& element, SurfaceData& data) {
+  const VertexLayout layout = find_layout(in, element);
+  NumberSource numbers(in, encoding);
+  const bool has_list = std::any_of(element.properties.begin(), element.properties.end(),
+                                    [](const Property& p) { return p.is_list; });
+  if (encoding == Encoding::kAscii || has_list) {
+    read_vertex_rows(numbers, element, layout, data);
+    return;
+  }
+  std::vector<std::size_t> offsets;
+  std::size_t row_size = 0;
+  for (const Property& property : element.properties) {
+    offsets.push_back(row_size);
+    row_size += property.type.size;
+  }
+  // check_counts saw to it that the product is no larger than the file.
+  const std::string_view bytes = in.take(element.count * row_size, "the vertices");
+  const auto triples = [&](const std::array<std::size_t, 3>& at) {
+    std::array<PackedColumn, 3> columns;
+    for (std::size_t k = 0; k < 3; ++k) {
+      columns[k] = {offsets[at[k]], row_size, element.properties[at[k]].type};
+    }
+    return read_triples(bytes, columns, element.count, numbers.order());
+  };
+  data.points = triples(layout.position);
+  if (layout.with_normals) data.normals = triples(layout.normal);
 }
 
 void read_faces(NumberSource& numbers, const Element& element, std::size_t vertices,
@@ -221,12 +289,10 @@ void read_faces(NumberSource& numbers, const Element& element, std::size_t verti
         static_cast<void>(numbers.next(property.type, "a face property"));
         continue;
       }
-      const bool is_corners = property.name == "vertex_indices" || property.name == "vertex_index";
-      const std::vector<std::size_t> corners = read_list(numbers, property, vertices, is_corners);
-      for (std::size_t k = 2; k < corners.size(); ++k) {
-        data.triangles.push_back({static_cast<std::int32_t>(corners[0]),
-                                  static_cast<std::int32_t>(corners[k - 1]),
-                                  static_cast<std::int32_t>(corners[k])});
+      if (property.name == "vertex_indices" || property.name == "vertex_index") {
+        read_polygon(numbers, property, vertices, data);
+      } else {
+        skip_list(numbers, property);
       }
     }
   }
@@ -236,7 +302,7 @@ void skip_element(NumberSource& numbers, const Element& element) {
   for (std::size_t i = 0; i < element.count; ++i) {
     for (const Property& property : element.properties) {
       if (property.is_list) {
-        static_cast<void>(read_list(numbers, property, 0, false));
+        skip_list(numbers, property);
       } else {
         static_cast<void>(numbers.next(property.type, "a property"));
       }
@@ -262,7 +328,7 @@ SurfaceData read_ply(InputBytes& in) {
   NumberSource numbers(in, header.encoding);
   for (const Element& element : header.elements) {
     if (element.name == "vertex") {
-      read_vertices(numbers, in, element, data);
+      read_vertices(in, header.encoding, element, data);
     } else if (element.name == "face") {
       read_faces(numbers, element, vertices, data);
     } else {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "models/scalar_type.h"
+
 namespace binpick {
 namespace {
 
@@ -50,7 +52,7 @@ class VtkReader {
       if (has_points_) in_.fail_text(offset, "a second section POINTS");
       has_points_ = true;
       const std::size_t count = read_count("the number of points");
-      data_.points = read_triples(count, read_type(), "a coordinate");
+      data_.points = read_vectors(count, read_type(), "a coordinate");
     } else if (section == "VERTICES" || section == "LINES" || section == "POLYGONS" ||
                section == "TRIANGLE_STRIPS") {
       read_cells(section);
@@ -74,8 +76,8 @@ class VtkReader {
   bool read_attribute(const std::string& section) {
     if (section == "NORMALS") {
       in_.word();  // its name
-      std::vector<Eigen::Vector3d> normals =
-          read_triples(attribute_count_, read_type(), "a normal");
+      std::vector<Eigen::Vector3f> normals =
+          read_vectors(attribute_count_, read_type(), "a normal");
       if (at_points_) data_.normals = std::move(normals);
     } else if (section == "VECTORS") {
       in_.word();
@@ -91,7 +93,7 @@ class VtkReader {
       in_.word();
       scalar_type_ = read_type();
       // The number of components may follow on the same line.
-      InputBytes rest(std::string(in_.line()), in_.name());
+      InputBytes rest(in_.line(), in_.name());
       scalar_components_ =
           rest.rest().find_first_not_of(" \t") == std::string_view::npos
               ? 1
@@ -167,14 +169,21 @@ class VtkReader {
     return read_scalar(in_.take(type.size, what).data(), type, std::endian::big);
   }
 
-  std::vector<Eigen::Vector3d> read_triples(std::size_t count, ScalarType type,
+  std::vector<Eigen::Vector3f> read_vectors(std::size_t count, ScalarType type,
                                             std::string_view what) {
     begin_numbers(count, 3, type);
-    std::vector<Eigen::Vector3d> triples(count);
-    for (Eigen::Vector3d& triple : triples) {
-      for (int k = 0; k < 3; ++k) triple[k] = next(type, what);
+    if (binary_) {
+      const std::size_t stride = 3 * type.size;
+      return read_triples(
+          in_.take(count * stride, what),
+          {PackedColumn{0, stride, type}, {type.size, stride, type}, {2 * type.size, stride, type}},
+          count, std::endian::big);
     }
-    return triples;
+    std::vector<Eigen::Vector3f> vectors(count);
+    for (Eigen::Vector3f& vector : vectors) {
+      for (float& number : vector) number = static_cast<float>(in_.text_number(what));
+    }
+    return vectors;
   }
 
   void skip_numbers(std::size_t count, std::size_t components, ScalarType type) {
