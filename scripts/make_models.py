@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Generates the meshes of models/ from the measured numbers: objects, arm and gripper.
+"""Generates the meshes of models/ from the measured numbers: objects, arm and gripper; and four toys.
 
     scripts/make_models.py              rewrites the meshes of this repository
     scripts/make_models.py --out DIR    writes them below DIR instead
@@ -11,6 +11,8 @@ machine. Every part is a closed surface with outward triangles. Lengths below ar
 import argparse
 import math
 import pathlib
+
+import toy_shapes
 
 MICROMETRE = 1e-6
 
@@ -266,12 +268,13 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=pathlib.Path,
                         default=pathlib.Path(__file__).resolve().parent.parent / "models",
-                        help="folder that gets objects/ and lwr/ (default: models/)")
+                        help="folder that gets objects/, lwr/ and toys/ (default: models/)")
     folder = parser.parse_args().out
     make_bottle(folder / "objects" / "bottle")
     make_amicelli(folder / "objects" / "amicelli")
     make_rusk(folder / "objects" / "rusk")
     make_arm(folder / "lwr" / "meshes")
+    toy_shapes.make_toys(folder / "toys")
 
 
 if __name__ == "__main__":
