@@ -1,9 +1,13 @@
 #include "recognition/shapes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <numbers>
 
+#include "models/errors.h"
+#include "models/mesh_import.h"
 #include "models/object_model.h"
 
 namespace binpick::testing {
@@ -33,13 +37,23 @@ TriangleMesh loft(const std::vector<std::vector<Eigen::Vector3d>>& rings) {
   return mesh;
 }
 
-std::vector<Eigen::Vector3d> ring(int sides, double radius, double z) {
+std::vector<Eigen::Vector3d> ring(int sides, const RingProfile& at) {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < sides; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / sides;
-    points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    points.emplace_back(at.a * std::cos(angle), at.b * std::sin(angle), at.z);
   }
   return points;
+}
+
+/// The turns about z by multiples of a full turn over `count`.
+std::vector<Eigen::Isometry3d> turns(int count) {
+  std::vector<Eigen::Isometry3d> group;
+  for (int i = 0; i < count; ++i) {
+    group.emplace_back(
+        Eigen::AngleAxisd(2.0 * std::numbers::pi * i / count, Eigen::Vector3d::UnitZ()));
+  }
+  return group;
 }
 
 }  // namespace
@@ -54,17 +68,34 @@ TriangleMesh make_box(const Eigen::Vector3d& size) {
 }
 
 TriangleMesh make_prism(int sides, double radius, double height) {
-  return loft({ring(sides, radius, -0.5 * height), ring(sides, radius, 0.5 * height)});
+  return make_loft({{-0.5 * height, radius, radius}, {0.5 * height, radius, radius}}, sides);
 }
 
 TriangleMesh make_sphere(double radius) {
   constexpr int kLevels = 17;
-  std::vector<std::vector<Eigen::Vector3d>> rings;
+  std::vector<RingProfile> profile;
   for (int i = 1; i < kLevels; ++i) {
     const double latitude = std::numbers::pi * (static_cast<double>(i) / kLevels - 0.5);
-    rings.push_back(ring(32, radius * std::cos(latitude), radius * std::sin(latitude)));
+    const double r = radius * std::cos(latitude);
+    profile.push_back({radius * std::sin(latitude), r, r});
   }
+  return make_loft(profile, 32);
+}
+
+TriangleMesh make_loft(const std::vector<RingProfile>& profile, int sides) {
+  std::vector<std::vector<Eigen::Vector3d>> rings;
+  for (const RingProfile& at : profile) rings.push_back(ring(sides, at));
   return loft(rings);
+}
+
+TriangleMesh make_cup(double radius, double height, double thickness, int sides) {
+  // The wall's thickness is measured across the flats.
+  const double inner = radius - thickness / std::cos(std::numbers::pi / sides);
+  return make_loft({{0.0, radius, radius},
+                    {height, radius, radius},
+                    {height, inner, inner},
+                    {thickness, inner, inner}},
+                   sides);
 }
 
 std::vector<ModelSource> known_objects() {
@@ -74,6 +105,41 @@ std::vector<ModelSource> known_objects() {
     sources.push_back({object.name, object.mesh, object.symmetries});
   }
   return sources;
+}
+
+std::vector<ModelSource> toy_objects() {
+  const std::filesystem::path folder = models_directory() / "toys";
+  std::vector<std::filesystem::path> files;
+  if (std::filesystem::is_directory(folder)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".ply") files.push_back(entry.path());
+    }
+  }
+  if (files.empty()) throw InputError(folder.string() + ": no toy (*.ply) is there");
+  std::sort(files.begin(), files.end());
+  std::vector<ModelSource> sources;
+  for (const auto& file : files) sources.push_back({file.stem().string(), import_mesh(file)});
+  return sources;
+}
+
+std::vector<ModelSource> open_objects() {
+  const TriangleMesh bowl = make_loft({{0.0, 0.035, 0.035},
+                                       {0.02, 0.06, 0.06},
+                                       {0.06, 0.085, 0.085},
+                                       {0.06, 0.082, 0.082},
+                                       {0.022, 0.057, 0.057},
+                                       {0.003, 0.033, 0.033}},
+                                      48);
+  return {{"cup", make_cup(0.04, 0.1, 0.003, 48), turns(48)},
+          {"bowl", bowl, turns(48)},
+          {"open_box", make_cup(0.1, 0.08, 0.003, 4), turns(4)}};
+}
+
+std::vector<ModelSource> object_set(const std::string& name) {
+  if (name == "known") return known_objects();
+  if (name == "toys") return toy_objects();
+  if (name == "open") return open_objects();
+  throw InputError("no set of objects is called '" + name + "'; choose known, toys or open");
 }
 
 }  // namespace binpick::testing

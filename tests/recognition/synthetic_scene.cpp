@@ -5,46 +5,41 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <variant>
 
-#include "recognition/depth_rasterizer.h"
-#include "recognition/shapes.h"
+#include "recognition/synthetic_camera.h"
 
 namespace binpick::testing {
 namespace {
 
-constexpr double kCameraHeight = 0.774;
-constexpr double kCameraTilt = 33.6 * std::numbers::pi / 180.0;
+constexpr double kCutAbove = 0.006;     // what is lower goes with the table, m
+constexpr double kFloorBelow = 0.75;    // the table, m
+constexpr double kLargestLean = 0.7;    // rad
+constexpr double kSmallestCopy = 0.85;  // of a near-copy, or
+constexpr double kLargestCopy = 1.15;   // times the model's size
 
-CameraIntrinsics kinect() { return {640, 480, 580.0, 580.0, 319.5, 239.5}; }
-
-Eigen::Isometry3d camera_pose() {
+Eigen::Isometry3d camera_pose(const SceneParameters& p) {
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
-  T_world_camera.translation() << 0.0, -kCameraHeight * std::tan(kCameraTilt), kCameraHeight;
-  const Eigen::Vector3d forward(0.0, std::sin(kCameraTilt), -std::cos(kCameraTilt));
+  T_world_camera.translation() << 0.0, -p.height * std::tan(p.tilt), p.height;
+  const Eigen::Vector3d forward(0.0, std::sin(p.tilt), -std::cos(p.tilt));
   const Eigen::Vector3d right = Eigen::Vector3d::UnitX();
   T_world_camera.linear() << right, forward.cross(right), forward;
-  return T_world_camera;
+  return Eigen::AngleAxisd(p.bearing, Eigen::Vector3d::UnitZ()) * T_world_camera;
 }
-
-struct Body {
-  const RecognitionModel* shape;
-  Eigen::Isometry3d T_world_body;
-  int instance;  // -1 for what is no known object
-};
 
 /// Upper envelope of what lies on the table, on a 4 mm grid about the world's origin.
 class HeightMap {
  public:
   HeightMap() : heights_(kSide * kSide, 0.0f) {}
 
-  /// How far `shape` at T can come down (the least gap over its lower envelope).
-  [[nodiscard]] float gap_below(const RecognitionModel& shape, const Eigen::Isometry3d& T) const {
+  /// How far the shape at T can come down (the least gap over its lower envelope).
+  [[nodiscard]] float gap_below(const Shape& shape, const Eigen::Isometry3d& T) const {
     float gap = std::numeric_limits<float>::infinity();
     for_each_cell(shape, T,
                   [&](std::size_t cell, float z) { gap = std::min(gap, z - heights_[cell]); });
     return gap;
   }
-  void add(const RecognitionModel& shape, const Eigen::Isometry3d& T) {
+  void add(const Shape& shape, const Eigen::Isometry3d& T) {
     for_each_cell(shape, T,
                   [&](std::size_t cell, float z) { heights_[cell] = std::max(heights_[cell], z); });
   }
@@ -54,8 +49,7 @@ class HeightMap {
   static constexpr double kCell = 0.004;
 
   template <class Visit>
-  static void for_each_cell(const RecognitionModel& shape, const Eigen::Isometry3d& T,
-                            const Visit& visit) {
+  static void for_each_cell(const Shape& shape, const Eigen::Isometry3d& T, const Visit& visit) {
     for (const Eigen::Vector3f& p_body : shape.cover) {
       const Eigen::Vector3d p = T * p_body.cast<double>();
       const int x = static_cast<int>(p.x() / kCell + 0.5 * kSide);
@@ -71,8 +65,10 @@ class HeightMap {
 };
 
 /// A pose in which the object could stand or lie: one of its axes vertical, any yaw; lying bodies
-/// are rolled by multiples of 60 or 90 degrees so that a flat side is below.
-Eigen::Quaterniond resting_rotation(Random& random) {
+/// are rolled by multiples of 30 degrees so that prisms have a flat side below. Free-form objects
+/// lie in any way half of the time.
+Eigen::Quaterniond resting_rotation(bool free_form, Random& random) {
+  if (free_form && random.index(2) == 0) return random.rotation();
   const std::uint64_t kind = random.index(4);
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   const Eigen::AngleAxisd roll(std::numbers::pi / 6.0 * static_cast<double>(random.index(12)),
@@ -86,200 +82,226 @@ Eigen::Quaterniond resting_rotation(Random& random) {
   return yaw * rotation;
 }
 
+struct Body {
+  Shape shape;
+  Eigen::Isometry3d T_world_body = Eigen::Isometry3d::Identity();
+  std::int16_t owner = CleanFrame::kForeign;
+};
+
+/// Piles bodies up.
 class Builder {
  public:
-  explicit Builder(Seed seed) : random_(seed) {}
+  Builder(const SceneParameters& parameters, Random& random)
+      : parameters_(parameters), random_(random), first_place_(random.index(kPlaces.size())) {}
 
-  Random& random() { return random_; }
-
-  /// Lets `shape` down somewhere within `radius` of the middle.
-  void drop(const RecognitionModel& shape, double radius, double tilt, int instance) {
-    const double bearing = random_.uniform(0.0, 2.0 * std::numbers::pi);
-    const double distance = radius * std::sqrt(random_.uniform());
-    drop_at(shape, {distance * std::cos(bearing), distance * std::sin(bearing)}, tilt, instance);
+  /// Something that is there before the objects come.
+  void put(Shape shape, const Eigen::Isometry3d& T_world_body) {
+    heights_.add(shape, T_world_body);
+    bodies_.push_back({std::move(shape), T_world_body, CleanFrame::kGround});
   }
-  void drop_at(const RecognitionModel& shape, const Eigen::Vector2d& xy, double tilt,
-               int instance) {
+
+  void drop(Shape shape, bool free_form, std::int16_t owner) {
+    const bool apart = parameters_.arrangement == Arrangement::kSeparate;
+    const double lean = parameters_.arrangement == Arrangement::kLeaning ? kLargestLean : 0.0;
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    const Eigen::Quaterniond rest = resting_rotation(random_);
-    const Eigen::AngleAxisd lean(random_.uniform(-tilt, tilt), random_.unit_vector());
-    T.linear() = (Eigen::Quaterniond(lean) * rest).toRotationMatrix();
-    T.translation() << xy, 1.0;
-    T.translation().z() -= heights_.gap_below(shape, T) - 0.0005f;
+    T.translation() << (apart ? next_place() : somewhere()), 1.0;
+    const Eigen::Quaterniond rest = resting_rotation(free_form, random_);
+    const Eigen::AngleAxisd tilt(random_.uniform(-lean, lean), random_.unit_vector());
+    T.linear() = (Eigen::Quaterniond(tilt) * rest).toRotationMatrix();
+    T.translation().z() -= static_cast<double>(heights_.gap_below(shape, T)) - 0.0005;
     heights_.add(shape, T);
-    bodies_.push_back({&shape, T, instance});
+    bodies_.push_back({std::move(shape), T, owner});
   }
   [[nodiscard]] const std::vector<Body>& bodies() const { return bodies_; }
 
  private:
-  Random random_;
+  static constexpr std::array<std::array<double, 2>, 6> kPlaces = {
+      {{-0.26, -0.1}, {0.0, -0.12}, {0.26, -0.1}, {-0.24, 0.16}, {0.02, 0.14}, {0.26, 0.16}}};
+
+  [[nodiscard]] Eigen::Vector2d next_place() {
+    const auto& place = kPlaces[(first_place_ + bodies_.size()) % kPlaces.size()];
+    return {place[0], place[1]};
+  }
+  [[nodiscard]] Eigen::Vector2d somewhere() {
+    const double bearing = random_.uniform(0.0, 2.0 * std::numbers::pi);
+    const double distance = parameters_.radius * std::sqrt(random_.uniform());
+    return {distance * std::cos(bearing), distance * std::sin(bearing)};
+  }
+
+  const SceneParameters& parameters_;
+  Random& random_;
+  std::uint64_t first_place_;
   HeightMap heights_;
   std::vector<Body> bodies_;
 };
 
-/// Well apart: places on a grid of 0.24 m.
-void place_apart(Builder& builder, const std::vector<const RecognitionModel*>& shapes,
-                 const std::vector<int>& instances) {
-  constexpr std::array<std::array<double, 2>, 6> kPlaces = {
-      {{-0.26, -0.1}, {0.0, -0.12}, {0.26, -0.1}, {-0.24, 0.16}, {0.02, 0.14}, {0.26, 0.16}}};
-  const std::uint64_t first = builder.random().index(kPlaces.size());
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const auto& place = kPlaces[(first + i) % kPlaces.size()];
-    builder.drop_at(*shapes[i], {place[0], place[1]}, 0.0, instances[i]);
+void put_surroundings(Builder& builder, const SceneParameters& p, Random& random) {
+  if (p.surroundings == Surroundings::kBin) {
+    const double side = 2.0 * p.radius + random.uniform(0.06, 0.16);
+    builder.put(make_walls({side, side * random.uniform(0.8, 1.2)}, random.uniform(0.06, 0.14),
+                           random.uniform(0.003, 0.01)),
+                Eigen::Isometry3d(Eigen::AngleAxisd(random.uniform(0.0, std::numbers::pi),
+                                                    Eigen::Vector3d::UnitZ())));
+  }
+  if (p.surroundings == Surroundings::kWall) {
+    Shape wall = make_board(1.2, 1.0);
+    Eigen::Isometry3d T(Eigen::AngleAxisd(p.bearing, Eigen::Vector3d::UnitZ()));
+    T.translate(Eigen::Vector3d(0.0, random.uniform(0.28, 0.45), 0.2));
+    T.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitX()));
+    builder.put(std::move(wall), T);
   }
 }
 
-class Camera {
- public:
-  Camera() {
-    const CameraIntrinsics camera = kinect();
-    frame_.image.intrinsics = camera;
-    frame_.image.T_world_camera = camera_pose();
-    const auto size =
-        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-    frame_.image.depth.assign(size, 0.0f);
-    frame_.cosine.assign(size, 0.0f);
-    owner_.assign(size, -1);
-    projection_ = {camera.width,     camera.height,    float(camera.fx),
-                   float(camera.fy), float(camera.cx), float(camera.cy)};
+/// Which objects come down, in which order: indices of known instances, then the unknown, shuffled.
+std::vector<int> drop_order(int count, bool shuffled, Random& random) {
+  std::vector<int> order;
+  for (int i = 0; i < count; ++i) order.push_back(i);
+  for (std::size_t i = order.size(); shuffled && i > 1; --i) {
+    std::swap(order[i - 1], order[random.index(i)]);
   }
+  return order;
+}
 
-  /// Draws a body; returns how many pixels it covers alone and whether it stays inside the image.
-  std::pair<int, bool> draw(const RecognitionModel& shape, const Eigen::Isometry3d& T_world_body,
-                            int owner) {
-    const Eigen::Isometry3f T =
-        (frame_.image.T_world_camera.inverse() * T_world_body).cast<float>();
-    const RenderedModel& rendered = rasterizer_.render(shape.render_mesh, T, projection_);
-    int alone = 0;
-    for (int v = 0; v < rendered.height; ++v) {
-      for (int u = 0; u < rendered.width; ++u) {
-        if (!rendered.covers(u, v)) continue;
-        ++alone;
-        const auto pixel =
-            static_cast<std::size_t>((rendered.v0 + v) * projection_.width + rendered.u0 + u);
-        const float z = rendered.depth[rendered.index(u, v)];
-        float& nearest = frame_.image.depth[pixel];
-        if (nearest > 0.0f && nearest <= z) continue;
-        nearest = z;
-        owner_[pixel] = owner;
-        const auto triangle = static_cast<std::size_t>(rendered.triangle[rendered.index(u, v)]);
-        const Eigen::Vector3f n = T.linear() * shape.render_mesh.normals[triangle];
-        const Eigen::Vector3f ray =
-            projection_.point(rendered.u0 + u, rendered.v0 + v, 1.0f).normalized();
-        frame_.cosine[pixel] = -n.dot(ray);
+void count_visible(SyntheticScene& scene, const std::vector<Coverage>& alone, double baseline) {
+  std::vector<int> visible(scene.instances.size(), 0);
+  const std::vector<std::uint8_t> shadow = projector_shadow(scene.clean.image, baseline);
+  for (std::size_t i = 0; i < shadow.size(); ++i) {
+    const std::int16_t owner = scene.clean.owner[i];
+    if (owner >= 0 && shadow[i] == 0) ++visible[static_cast<std::size_t>(owner)];
+  }
+  for (std::size_t i = 0; i < visible.size(); ++i) {
+    scene.instances[i].in_frame = alone[i].in_frame;
+    scene.instances[i].visible_share =
+        static_cast<double>(visible[i]) / std::max(alone[i].pixels, 1);
+  }
+}
+
+/// Takes what lies on or below the table out of the scan.
+void cut_table_away(RangeImage& image) {
+  for (int v = 0; v < image.intrinsics.height; ++v) {
+    for (int u = 0; u < image.intrinsics.width; ++u) {
+      const Eigen::Vector3d p_world = image.T_world_camera * image.p_camera(u, v);
+      const auto pixel =
+          static_cast<std::size_t>(v) * static_cast<std::size_t>(image.intrinsics.width) +
+          static_cast<std::size_t>(u);
+      if (p_world.z() < kCutAbove) image.depth[pixel] = 0.0f;
+    }
+  }
+}
+
+PointCloud to_cloud(const RangeImage& image, bool organised,
+                    const Eigen::Isometry3d& T_scene_camera) {
+  PointCloud cloud;
+  for (int v = 0; v < image.intrinsics.height; ++v) {
+    for (int u = 0; u < image.intrinsics.width; ++u) {
+      const Eigen::Vector3d p = image.p_camera(u, v);
+      if (p.z() > 0.0) {
+        cloud.points.push_back((T_scene_camera * p).cast<float>());
+      } else if (organised) {
+        cloud.points.push_back(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
       }
     }
-    const bool inside = rendered.u0 > 0 && rendered.v0 > 0 &&
-                        rendered.u0 + rendered.width < projection_.width &&
-                        rendered.v0 + rendered.height < projection_.height;
-    return {alone, inside};
   }
-  [[nodiscard]] int visible(int owner) const {
-    return static_cast<int>(std::count(owner_.begin(), owner_.end(), owner));
-  }
-  [[nodiscard]] const CleanFrame& frame() const { return frame_; }
-
- private:
-  CleanFrame frame_;
-  std::vector<int> owner_;
-  Projection projection_;
-  DepthRasterizer rasterizer_;
-};
-
-/// A finely divided rectangle, so that no triangle reaches behind the camera.
-TriangleMesh make_board(double width, double depth) {
-  TriangleMesh mesh;
-  constexpr std::int32_t kCells = 12;
-  for (std::int32_t j = 0; j <= kCells; ++j) {
-    for (std::int32_t i = 0; i <= kCells; ++i) {
-      mesh.vertices.emplace_back(width * (i / double{kCells} - 0.5),
-                                 depth * (j / double{kCells} - 0.5), 0.0);
-      if (i == kCells || j == kCells) continue;
-      const std::int32_t a = j * (kCells + 1) + i;
-      mesh.triangles.push_back({a, a + 1, a + kCells + 2});
-      mesh.triangles.push_back({a, a + kCells + 2, a + kCells + 1});
-    }
-  }
-  return mesh;
+  cloud.width = organised ? image.intrinsics.width : static_cast<int>(cloud.points.size());
+  cloud.height = organised ? image.intrinsics.height : 1;
+  return cloud;
 }
 
-RecognitionModel make_ground(const char* name, double width, double depth) {
-  return make_recognition_model(name, make_board(width, depth), {});
+SceneParameters nominal(SceneKind kind) {
+  SceneParameters p;
+  p.shape_error = 0.0;
+  switch (kind) {
+    case SceneKind::kSeparate:
+      return draw_parameters("separate", 0);
+    case SceneKind::kPile:
+      return draw_parameters("kinect", 0);
+    case SceneKind::kLeaning:
+      return draw_parameters("leaning", 0);
+    case SceneKind::kLookAlike:
+      p.known = p.unknown = 3;
+      p.radius = 0.24;
+      return p;
+    case SceneKind::kForeignOnly:
+      return draw_parameters("nothing", 0);
+    case SceneKind::kEmptyTable:
+      p.known = 0;
+  }
+  return p;
 }
 
 }  // namespace
 
 SceneGenerator::SceneGenerator(std::vector<ModelSource> known) : known_(std::move(known)) {
   for (const ModelSource& source : known_) {
-    known_shapes_.push_back(make_recognition_model(
-        source.name, std::get<TriangleMesh>(source.shape), source.symmetries));
-  }
-  const std::vector<TriangleMesh> foreign = {
-      make_box({0.20, 0.13, 0.06}), make_box({0.12, 0.10, 0.10}), make_box({0.16, 0.16, 0.05}),
-      make_prism(8, 0.05, 0.16),    make_prism(40, 0.04, 0.20),   make_sphere(0.06)};
-  for (const TriangleMesh& mesh : foreign) {
-    foreign_shapes_.push_back(make_recognition_model("foreign", mesh, {}));
+    known_shapes_.push_back(make_shape(std::get<TriangleMesh>(source.shape)));
   }
 }
 
 SyntheticScene SceneGenerator::make(SceneKind kind, Seed seed) const {
-  Builder builder(derive_seed(seed, "scene"));
-  std::vector<std::size_t> models;
-  const auto add_known = [&](double radius, double tilt) {
-    const std::size_t model = models.size() % known_shapes_.size();
-    builder.drop(known_shapes_[model], radius, tilt, static_cast<int>(models.size()));
-    models.push_back(model);
-  };
-  const auto pick_foreign = [&]() -> const RecognitionModel& {
-    return foreign_shapes_[builder.random().index(foreign_shapes_.size())];
-  };
-  if (kind == SceneKind::kSeparate) {
-    std::vector<const RecognitionModel*> shapes;
-    for (std::size_t i = 0; i < 3; ++i) {
-      models.push_back(i % known_shapes_.size());
-      shapes.push_back(&known_shapes_[models.back()]);
+  return make(nominal(kind), seed);
+}
+
+SyntheticScene SceneGenerator::make(const SceneParameters& p, Seed seed) const {
+  Random random(derive_seed(seed, "scene"));
+  Builder builder(p, random);
+  put_surroundings(builder, p, random);
+  SyntheticScene scene;
+  // Without other objects the known ones come in turn, which spreads the models over the pile.
+  const bool mixed = p.unknown + p.copies > 0;
+  for (const int i : drop_order(p.known + p.unknown + p.copies, mixed, random)) {
+    const Seed shape_seed = derive_seed(derive_seed(seed, "shape"), static_cast<Seed>(i));
+    if (i >= p.known + p.copies) {
+      builder.drop(make_unknown(known_shapes_, random), false, CleanFrame::kForeign);
+      continue;
     }
-    place_apart(builder, shapes, {0, 1, 2});
-  }
-  if (kind == SceneKind::kPile) {
-    for (int i = 0; i < 7; ++i) add_known(0.16, 0.0);
-  }
-  if (kind == SceneKind::kLeaning) {
-    for (int i = 0; i < 5; ++i) add_known(0.18, 0.7);
-  }
-  if (kind == SceneKind::kLookAlike) {
-    for (int i = 0; i < 3; ++i) {
-      add_known(0.22, 0.0);
-      builder.drop(pick_foreign(), 0.25, 0.2, -1);
+    const std::size_t model = static_cast<std::size_t>(i) % known_.size();
+    const bool free_form = known_[model].symmetries.size() <= 1;
+    ShapeError error{1.0 + (random.index(2) == 0 ? -1.0 : 1.0) * p.scale_error, p.shape_error};
+    if (i >= p.known) error.scale = random.index(2) == 0 ? kSmallestCopy : kLargestCopy;
+    const auto owner = static_cast<std::int16_t>(scene.instances.size());
+    builder.drop(distorted(known_shapes_[model], error, shape_seed), free_form,
+                 i < p.known ? owner : CleanFrame::kForeign);
+    if (i < p.known) {
+      scene.instances.push_back({model, builder.bodies().back().T_world_body, 0.0, true});
     }
-  }
-  if (kind == SceneKind::kForeignOnly) {
-    for (int i = 0; i < 5; ++i) builder.drop(pick_foreign(), 0.22, 0.2, -1);
   }
 
-  static const RecognitionModel table = make_ground("table", 1.3, 0.9);
-  static const RecognitionModel floor = make_ground("floor", 6.0, 6.0);
-  Camera camera;
-  Eigen::Isometry3d below = Eigen::Isometry3d::Identity();
-  camera.draw(table, below, -1);
-  below.translation().z() = -0.75;
-  camera.draw(floor, below, -1);
-  SyntheticScene scene;
-  scene.instances.resize(models.size());
-  std::vector<int> alone(models.size(), 0);
+  SyntheticCamera camera(p.camera, camera_pose(p));
+  Eigen::Isometry3d floor = Eigen::Isometry3d::Identity();
+  floor.translation().z() = -kFloorBelow;
+  camera.draw(make_board(6.0, 6.0), floor, CleanFrame::kGround);
+  camera.draw(make_board(p.table_width, p.table_depth), Eigen::Isometry3d::Identity(),
+              CleanFrame::kGround);
+  std::vector<Coverage> alone(scene.instances.size());
   for (const Body& body : builder.bodies()) {
-    const auto [pixels, inside] = camera.draw(*body.shape, body.T_world_body, body.instance);
-    if (body.instance < 0) continue;
-    const auto i = static_cast<std::size_t>(body.instance);
-    alone[i] = pixels;
-    scene.instances[i] = {models[i], camera_pose().inverse() * body.T_world_body, 0.0, inside};
-  }
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    scene.instances[i].visible_share =
-        static_cast<double>(camera.visible(static_cast<int>(i))) / std::max(alone[i], 1);
+    const Coverage coverage = camera.draw(body.shape, body.T_world_body, body.owner);
+    if (body.owner >= 0) alone[static_cast<std::size_t>(body.owner)] = coverage;
   }
   scene.clean = camera.frame();
+  for (TrueInstance& instance : scene.instances) {
+    instance.T_camera_model = camera_pose(p).inverse() * instance.T_camera_model;
+  }
+  count_visible(scene, alone, p.noise.baseline);
   return scene;
+}
+
+SyntheticFrame SceneGenerator::frame(const SceneParameters& p, Seed seed) const {
+  SyntheticFrame frame;
+  frame.parameters = p;
+  frame.scene = make(p, seed);
+  frame.image = add_sensor_noise(frame.scene.clean, p.noise, derive_seed(seed, "noise"));
+  if (p.surroundings == Surroundings::kTableCutAway) cut_table_away(frame.image);
+  if (p.form == ScanForm::kRangeImage) return frame;
+  Random random(derive_seed(seed, "cloud"));
+  const bool organised = p.form == ScanForm::kOrganisedCloud;
+  if (!organised) {
+    frame.T_scene_camera.linear() = random.rotation().toRotationMatrix();
+    frame.T_scene_camera.translation() = random.uniform() * random.unit_vector();
+  }
+  frame.p_scene_viewpoint =
+      frame.T_scene_camera.translation() + p.viewpoint_error * random.unit_vector();
+  frame.cloud = to_cloud(frame.image, organised, frame.T_scene_camera);
+  return frame;
 }
 
 }  // namespace binpick::testing
