@@ -1,6 +1,7 @@
 #include "models/yaml_config.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -375,6 +376,32 @@ class AliasFinder {
   }
 };
 
+/// Listens to nothing.
+class NoEvents final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+/// Whether there is more than one document. YAML::LoadAll would go on for ever: in some broken
+/// texts yaml-cpp finds one empty document after the other without moving on.
+bool has_second_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  NoEvents ignored;
+  return parser.HandleNextDocument(ignored) && parser.HandleNextDocument(ignored);
+}
+
 }  // namespace
 
 void ConfigVisitor::interval(std::string_view key, Interval& value, const NumberSpec& spec,
@@ -394,18 +421,20 @@ void read_yaml_text(const std::string& text, const std::string& name,
   Problems problems{name, {}};
   AliasFinder::check(text, problems);
   problems.throw_if_any();
-  std::vector<YAML::Node> documents;
+  YAML::Node document;
+  bool is_alone = false;
   try {
-    documents = YAML::LoadAll(text);
+    document = YAML::Load(text);
+    is_alone = !has_second_document(text);
   } catch (const YAML::Exception& error) {
     problems.add(error.mark, error.msg);
   }
   problems.throw_if_any();
-  if (documents.size() != 1 || !documents.front().IsMap()) {
+  if (!is_alone || !document.IsMap()) {
     throw InputError(
         fmt::format("{}:1:1: expected one YAML document that is a mapping of keys", name));
   }
-  YamlReader reader(documents.front(), "", problems);
+  YamlReader reader(document, "", problems);
   fields(reader);
   reader.report_unknown_keys();
   problems.throw_if_any();

@@ -19,6 +19,7 @@ endif()
 # binpick_add_room(NAME [DEPENDS room...] [PUBLIC library...] [PRIVATE library...])
 # Builds the static library binpick_NAME from every .cpp of the current folder. Its code may go into
 # a shared library (a Python module, say); calls inside it are bound like those of a program.
+# binpick_install_room (BinpickInstall.cmake) makes it part of the package.
 function(binpick_add_room name)
   cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
@@ -30,10 +31,13 @@ function(binpick_add_room name)
   add_library(binpick::${name} ALIAS binpick_${name})
   set_target_properties(binpick_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   target_compile_options(binpick_${name} PRIVATE -fno-semantic-interposition)
-  target_include_directories(binpick_${name} PUBLIC ${door})
+  target_compile_features(binpick_${name} PUBLIC cxx_std_20)
+  target_include_directories(binpick_${name} PUBLIC $<BUILD_INTERFACE:${door}>
+                                                    $<INSTALL_INTERFACE:include/binpick>)
   list(TRANSFORM ARG_DEPENDS PREPEND binpick_)
   target_link_libraries(binpick_${name} PUBLIC ${ARG_DEPENDS} ${ARG_PUBLIC} Eigen3::Eigen
-                                        PRIVATE ${ARG_PRIVATE} binpick_build_flags)
+                                        PRIVATE ${ARG_PRIVATE}
+                                                $<BUILD_INTERFACE:binpick_build_flags>)
 endfunction()
 
 # binpick_add_tests(NAME LABEL label ROOMS room... [LIBRARIES library...] [SOURCES file...])

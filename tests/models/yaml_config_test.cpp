@@ -185,5 +185,14 @@ TEST(YamlConfig, AMissingFileIsNamed) {
               HasSubstr("/nowhere/c.yaml"));
 }
 
+TEST(YamlConfig, ABrokenTextWithDocumentsWithoutEndIsRefused) {
+  // Found by fuzzing: yaml-cpp reads one empty document after the other here and never ends.
+  EXPECT_THAT(message_of<InputError>([] {
+                read_yaml_text("#\n  , model: bottle\n    count: 2\n  - model: amicelli\n",
+                               "endless", [](ConfigVisitor&) {});
+              }),
+              HasSubstr("one YAML document"));
+}
+
 }  // namespace
 }  // namespace binpick

@@ -1,0 +1,7 @@
+#include "fuzz_surface.h"
+#include "models/ply_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  binpick::fuzz_surface_reader(&binpick::read_ply, data, size);
+  return 0;
+}
