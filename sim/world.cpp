@@ -21,13 +21,22 @@ bool all_finite(const mjtNum* values, int count) {
 
 }  // namespace
 
-World::World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics)
+World::World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics,
+             const std::optional<DriveDescription>& drives, int substeps)
     : shared_(std::move(shared)),
       model_(mj_copyModel(nullptr, shared_->model.get())),
       data_(mj_makeData(model_.get())),
       gripper_(shared_->parts.gripper),
       parked_(shared_->parts.objects.size(), true) {
   install_mujoco_handlers();
+  if (drives) {
+    if (substeps < kTorqueLoopsPerControl || substeps % kTorqueLoopsPerControl != 0) {
+      throw std::invalid_argument("elastic joints need whole physics steps per torque loop");
+    }
+    drives_.emplace(*drives);
+    substeps_ = substeps;
+    model_->opt.timestep = kStep / substeps;
+  }
   enter_physics(physics);
   close_brakes(arm_held_);
   mj_resetData(model_.get(), data_.get());
@@ -92,11 +101,40 @@ void World::place_objects() {
 }
 
 void World::step() {
-  const double time_before = data_->time;
   drive_gripper();
+  for (int i = 0; i < substeps_; ++i) {
+    if (!drives_ || arm_held_) {
+      step_physics();
+      continue;
+    }
+    if (torque_loop_ && i % (substeps_ / kTorqueLoopsPerControl) == 0) {
+      set_arm_torques(torque_loop_(sensors().joints));
+    }
+    step_elastic_arm();
+  }
+}
+
+void World::step_physics() {
+  const double time_before = data_->time;
   mj_step(model_.get(), data_.get());
   check_step(time_before);
   pin();
+}
+
+void World::step_elastic_arm() {
+  const WorldIndex& index = shared_->index;
+  const RobotState before = sensors();
+  const ElasticDrives::Coupling coupling =
+      drives_->begin_step(before.joints.q, before.joints.qd, model_->opt.timestep);
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    const int dof = index.arm_dof[i];
+    data_->qfrc_applied[dof] = coupling.torque[Eigen::Index(i)];
+    model_->dof_armature[dof] =
+        shared_->model->dof_armature[dof] + coupling.armature[Eigen::Index(i)];
+  }
+  step_physics();
+  const RobotState after = sensors();
+  drives_->end_step(after.joints.q, after.joints.qd);
 }
 
 void World::drive_gripper() {
@@ -123,17 +161,24 @@ void World::check_step(double time_before) const {
 }
 
 void World::pin() {
-  if (arm_held_) {
-    for (std::size_t i = 0; i < kArmJoints; ++i) {
-      data_->qpos[shared_->index.arm_qpos[i]] = held_position_[Eigen::Index(i)];
-      data_->qvel[shared_->index.arm_dof[i]] = 0.0;
-      // Sensors of a held arm read its weight.
-      data_->ctrl[shared_->index.arm_actuator[i]] = data_->qfrc_bias[shared_->index.arm_dof[i]];
-    }
-  }
+  if (arm_held_) pin_arm();
   for (int i = 0; i < object_count(); ++i) {
     if (parked_[std::size_t(i)]) pin_object(i);
   }
+}
+
+void World::pin_arm() {
+  const WorldIndex& index = shared_->index;
+  JointVector weight;
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    data_->qpos[index.arm_qpos[i]] = held_position_[Eigen::Index(i)];
+    data_->qvel[index.arm_dof[i]] = 0.0;
+    weight[Eigen::Index(i)] = data_->qfrc_bias[index.arm_dof[i]];
+    data_->qfrc_applied[index.arm_dof[i]] = 0.0;
+    // Sensors of a held arm read its weight.
+    if (!drives_) data_->ctrl[index.arm_actuator[i]] = weight[Eigen::Index(i)];
+  }
+  if (drives_) drives_->reset(held_position_, weight);
 }
 
 void World::pin_object(int object) {
@@ -145,6 +190,15 @@ void World::pin_object(int object) {
 
 void World::set_arm_torques(const JointVector& tau) {
   if (arm_held_) return;
+  if (drives_) {
+    JointVector limited;
+    for (std::size_t i = 0; i < kArmJoints; ++i) {
+      const double effort = shared_->parts.arm.joints[i].effort;
+      limited[Eigen::Index(i)] = std::clamp(tau[Eigen::Index(i)], -effort, effort);
+    }
+    drives_->set_motor_torques(limited);
+    return;
+  }
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     data_->ctrl[shared_->index.arm_actuator[i]] = tau[Eigen::Index(i)];
   }
@@ -161,6 +215,11 @@ RobotState World::sensors() const {
   }
   state.joints.theta = state.joints.q;
   state.joints.theta_d = state.joints.qd;
+  if (drives_) {
+    state.joints.tau = drives_->sensed_torque();
+    state.joints.theta = drives_->theta();
+    state.joints.theta_d = drives_->theta_d();
+  }
   state.gripper.width = data_->qpos[index.jaw_qpos[0]] + data_->qpos[index.jaw_qpos[1]];
   state.gripper.force = gripper_.closing_force();
   return state;
@@ -254,7 +313,7 @@ void World::visit_state(Visit visit) const {
 }
 
 WorldState World::save_state() const {
-  WorldState state{data_->time, {}, gripper_, arm_held_, held_position_, parked_};
+  WorldState state{data_->time, {}, gripper_, drives_, arm_held_, held_position_, parked_};
   visit_state([&](const mjtNum* values, int count) {
     state.numbers.insert(state.numbers.end(), values, values + count);
   });
@@ -264,8 +323,8 @@ WorldState World::save_state() const {
 void World::restore_state(const WorldState& state) {
   std::size_t size = 0;
   visit_state([&](mjtNum*, int count) { size += static_cast<std::size_t>(count); });
-  if (size != state.numbers.size()) {
-    throw std::invalid_argument("the state belongs to a world of another template");
+  if (size != state.numbers.size() || drives_.has_value() != state.drives.has_value()) {
+    throw std::invalid_argument("the state belongs to a world of another template or arm");
   }
   const double* next = state.numbers.data();
   visit_state([&](mjtNum* values, int count) {
@@ -274,6 +333,7 @@ void World::restore_state(const WorldState& state) {
   });
   data_->time = state.time;
   gripper_ = state.gripper;
+  drives_ = state.drives;
   arm_held_ = state.arm_held;
   close_brakes(arm_held_);
   held_position_ = state.held_position;

@@ -2,11 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "models/robot.h"
+#include "sim/elastic_drives.h"
 #include "sim/gripper_servo.h"
 #include "sim/physics_draw.h"
 #include "sim/world_template.h"
@@ -18,6 +20,7 @@ struct WorldState {
   double time = 0.0;
   std::vector<double> numbers;  ///< MuJoCo's positions, velocities, warm start, inputs, mocap
   GripperServo gripper;
+  std::optional<ElasticDrives> drives;
   bool arm_held = false;
   JointVector held_position = JointVector::Zero();
   std::vector<bool> parked;
@@ -32,7 +35,11 @@ class World {
 
   /// Arm held at the scene's overview pose, gripper open. A standing scene has its objects where
   /// the scene says; a pile's objects are parked until they are dropped (pile.h).
-  World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics);
+  /// Without `drives` the joints are rigid. With elastic joints a step consists of
+  /// `substeps` physics steps, one per period of the drives' torque loop or finer.
+  World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics,
+        const std::optional<DriveDescription>& drives = std::nullopt,
+        int substeps = kTorqueLoopsPerControl);
 
   /// Advances by 1 ms. @throws SimulationDiverged
   void step();
@@ -40,12 +47,17 @@ class World {
 
   // The arm and its gripper.
 
-  /// Joint torques for the following steps, limited to the joints' efforts. Nm
+  /// Motor torques for the following steps, limited to the joints' efforts. Nm
   void set_arm_torques(const JointVector& tau);
+  /// Asked for the motor torques of elastic joints before each period of the torque loop, in place
+  /// of set_arm_torques. Rigid joints ignore it.
+  void set_torque_loop(std::function<JointVector(const JointState&)> loop) {
+    torque_loop_ = std::move(loop);
+  }
   void set_gripper_command(const GripperCommand& command) { gripper_.set_command(command); }
   /// Sensor readings without noise. Rigid joints: theta equals q; tau is the torque that the drives
   /// put on the links in the last step, which is what a torque sensor between drive and link reads
-  /// when no rotor inertia or friction lies between.
+  /// when no rotor inertia or friction lies between. Elastic joints: see ElasticDrives.
   [[nodiscard]] RobotState sensors() const;
   /// Puts the arm at `q` and the jaws at `width`, at rest; held arms stay held, there.
   void set_arm_position(const JointVector& q, double width);
@@ -87,6 +99,7 @@ class World {
   /// Continues bit for bit as the world that saved `state`; same template and physics required.
   void restore_state(const WorldState& state);
 
+  [[nodiscard]] bool elastic() const noexcept { return drives_.has_value(); }
   [[nodiscard]] const WorldTemplate& shared() const noexcept { return *shared_; }
   [[nodiscard]] const std::shared_ptr<const WorldTemplate>& shared_template() const noexcept {
     return shared_;
@@ -104,7 +117,10 @@ class World {
   void place_objects();
   void close_brakes(bool closed);
   void drive_gripper();
+  void step_physics();
+  void step_elastic_arm();
   void pin();
+  void pin_arm();
   void pin_object(int object);
   void check_step(double time_before) const;
   template <class Visit>
@@ -117,6 +133,9 @@ class World {
   MjModelPtr model_;
   MjDataPtr data_;
   GripperServo gripper_;
+  std::optional<ElasticDrives> drives_;
+  int substeps_ = 1;
+  std::function<JointVector(const JointState&)> torque_loop_;
   bool arm_held_ = true;
   JointVector held_position_ = JointVector::Zero();
   std::vector<bool> parked_;
