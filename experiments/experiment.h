@@ -49,7 +49,7 @@ class Experiment {
   /// 16 hexadecimal digits over the effective configuration.
   [[nodiscard]] std::string config_hash() const;
   /// 16 hexadecimal digits over what decides a record: name, kind, seed, parameters, axes. Number
-  /// of trials, titles, paper counts and gates may change while results stay valid.
+  /// of trials, stopping rule, titles, paper counts and gates may change while results stay valid.
   [[nodiscard]] std::string identity_hash() const;
   /// 16 hexadecimal digits over the contents of the input files of all cells.
   /// @throws InputError when one cannot be read.

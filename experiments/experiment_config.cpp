@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "experiments/config_override.h"
@@ -124,6 +125,13 @@ void GateConfig::visit(ConfigVisitor& visitor) {
 
 void ExperimentConfig::visit(ConfigVisitor& visitor, const TrialKindRegistry& registry,
                              std::unique_ptr<TrialKind>& parameters) {
+  visitor.integer("format", format, 0, std::numeric_limits<std::int64_t>::max());
+  if (visitor.reading() && format != kConfigFormat) {
+    visitor.problem("format", fmt::format("a file of format {}, this program reads format {}: use "
+                                          "the binpick that it was written for, or bring it up to "
+                                          "date (docs/running.md)",
+                                          format, kConfigFormat));
+  }
   visitor.text("experiment", name, Presence::kRequired);
   if (visitor.reading() && !is_plain_name(name)) {
     visitor.problem("experiment", "'experiment' consists of letters, digits, '_' and '-'");
@@ -133,6 +141,13 @@ void ExperimentConfig::visit(ConfigVisitor& visitor, const TrialKindRegistry& re
   visitor.choice("kind", kind, registry.names(), Presence::kRequired);
   visitor.integer("seed", seed, 0, kMaxSeed);
   visitor.integer("trials", trials, 1, kMaxTrials);
+  visitor.group("stopping", [&](ConfigVisitor& inner) {
+    stopping.visit(inner);
+    if (inner.reading() && stopping.active() && trials > kMostSequentialTrials) {
+      inner.problem("half_width", fmt::format("a stopping rule goes with at most {} trials",
+                                              kMostSequentialTrials));
+    }
+  });
   visitor.number("time_limit_s", time_limit, {.min = 0.001, .max = kMaxTimeLimit});
   if (!parameters || kind != kind_before) parameters = registry.make(kind);
   if (parameters) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/stopping_rule.h"
 #include "experiments/trial_kind.h"
 #include "models/config_visitor.h"
 
@@ -41,13 +42,18 @@ struct GateConfig {
   void visit(ConfigVisitor& visitor);
 };
 
+/// The version of the experiment file's format; it changes when keys are renamed or change meaning.
+inline constexpr std::int64_t kConfigFormat = 1;
+
 /// An experiment as its file states it: cells (the product of the axes) times trials.
 ///
+///     format: 1                            # kConfigFormat; files of another one are refused
 ///     experiment: table1                   # names results and seeds: letters, digits, _ and -
 ///     title: Blind grasps of the bottle
 ///     kind: blind_grasp
 ///     seed: 2012
 ///     trials: 10                           # per cell
+///     stopping: {half_width: 0.03, block: 50}  # fewer trials where the interval is narrow already
 ///     time_limit_s: 60                     # wall clock per trial, a backstop against hangs
 ///     parameters: {...}                    # the trial kind's own
 ///     axes:
@@ -60,11 +66,13 @@ struct GateConfig {
 ///       - {cell: {translation_y: 200}, minimum_rate: 0.7}
 ///       - {minimum_rate: 0.5}
 struct ExperimentConfig {
+  std::int64_t format = kConfigFormat;
   std::string name;
   std::string title;
   std::string kind;
   std::int64_t seed = 1;
   std::int64_t trials = 10;
+  StoppingRule stopping;
   double time_limit = 60.0;  ///< s
   std::vector<AxisConfig> axes;
   std::vector<PaperCount> paper;

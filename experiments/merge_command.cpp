@@ -7,6 +7,7 @@
 
 #include "experiments/exit_codes.h"
 #include "experiments/present_results.h"
+#include "experiments/run_status.h"
 #include "experiments/write_file.h"
 #include "models/errors.h"
 
@@ -43,20 +44,42 @@ void write_store(const std::filesystem::path& file, const RunResults& results) {
   std::filesystem::rename(aside, file);
 }
 
+/// Says what the stores lack.
+void print_missing(const Experiment& experiment, const std::vector<std::filesystem::path>& stores,
+                   const RunResults& results) {
+  const RunStatus status =
+      run_status(experiment, stores, results, summarize(experiment, results.trials));
+  for (const PartStatus& part : status.parts) {
+    if (!part.shard || part.done == part.expected) continue;
+    fmt::print(stderr, "{}: {} of {} trials, {}\n", part.store.string(), part.done, part.expected,
+               part.writer ? "still running" : "it was stopped");
+  }
+  if (!status.missing.empty()) {
+    fmt::print(stderr, "no store of {}\n", missing_text(status.missing));
+  }
+}
+
+bool refused_for_conflicts(const RunResults& results) {
+  if (results.conflicts.empty()) return false;
+  print_conflicts(results);
+  fmt::print(stderr, "nothing was merged: equal trials must have equal records\n");
+  return true;
+}
+
 int merge(const std::string& out, const std::vector<std::string>& inputs,
           const TrialKindRegistry& registry) {
   const ResultFolder folder(std::filesystem::absolute(out).lexically_normal());
-  std::vector<std::filesystem::path> stores = stores_of(inputs);
+  const std::vector<std::filesystem::path> parts = stores_of(inputs);
+  // Nothing is made before the inputs are known to fit.
+  const RunResults joined = read_results(parts);
+  if (refused_for_conflicts(joined)) return kExitGateFailed;
+  const Experiment experiment = experiment_of(joined.manifest, registry);
+  const FileDescriptor lock = folder.lock(std::nullopt, 0);
+  std::vector<std::filesystem::path> stores = parts;
   const std::filesystem::path merged = folder.store_of(std::nullopt);
   if (std::filesystem::exists(merged)) stores.push_back(merged);
   const RunResults results = read_results(stores);
-  if (!results.conflicts.empty()) {
-    print_conflicts(results);
-    fmt::print(stderr, "nothing was merged: equal trials must have equal records\n");
-    return kExitGateFailed;
-  }
-  const Experiment experiment = experiment_of(results.manifest, registry);
-  const FileDescriptor lock = folder.lock(std::nullopt);
+  if (refused_for_conflicts(results)) return kExitGateFailed;
   try {
     write_store(merged, results);
   } catch (const std::filesystem::filesystem_error& error) {
@@ -65,6 +88,7 @@ int merge(const std::string& out, const std::vector<std::string>& inputs,
   write_effective_config(folder, experiment);
   fmt::print(stderr, "{} trials of {} stores joined in {}\n", results.trials.size(), stores.size(),
              merged.string());
+  print_missing(experiment, parts, results);
   return present_results(folder, experiment);
 }
 

@@ -14,6 +14,8 @@ using std::chrono::duration;
 constexpr double kTerminalInterval = 0.2;  // s
 constexpr double kPlainInterval = 10.0;    // s
 
+}  // namespace
+
 std::string clock_text(double seconds) {
   const auto whole = static_cast<std::int64_t>(seconds + 0.5);
   if (whole >= 3600) {
@@ -21,8 +23,6 @@ std::string clock_text(double seconds) {
   }
   return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
-
-}  // namespace
 
 Progress::Progress(std::string name, std::int64_t done, std::int64_t total)
     : name_(std::move(name)), done_(done), total_(total), terminal_(::isatty(STDERR_FILENO) == 1) {

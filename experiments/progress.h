@@ -7,6 +7,9 @@
 
 namespace binpick {
 
+/// Hours, minutes and seconds: "1:02:03" or "2:03".
+[[nodiscard]] std::string clock_text(double seconds);
+
 /// Progress on stderr: one line that is rewritten on a terminal, plain lines at intervals
 /// elsewhere.
 class Progress {
@@ -18,6 +21,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void trial_finished(bool success);
+  /// From now on `total` trials are expected.
+  void expect(std::int64_t total) { total_ = total; }
   /// Shows the state if it is time to.
   void refresh();
   /// Prints a line of its own.

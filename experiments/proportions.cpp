@@ -118,6 +118,13 @@ Interval clopper_pearson_interval(const Proportion& proportion) {
   return {low, high};
 }
 
+Interval agresti_coull_interval(const Proportion& proportion, double z) {
+  const double n = static_cast<double>(proportion.trials) + z * z;
+  const double p = (static_cast<double>(proportion.successes) + 0.5 * z * z) / n;
+  const double half = z * std::sqrt(p * (1.0 - p) / n);
+  return {std::max(0.0, p - half), std::min(1.0, p + half)};
+}
+
 double fisher_exact_p(const Proportion& a, const Proportion& b) {
   const std::int64_t successes = a.successes + b.successes;
   const std::int64_t trials = a.trials + b.trials;

@@ -22,6 +22,11 @@ struct Proportion {
 /// The exact interval of Clopper and Pearson (1934) at 95 %; covers at least 95 % always.
 [[nodiscard]] Interval clopper_pearson_interval(const Proportion& proportion);
 
+/// The interval of Agresti and Coull (1998): Wald's after `z`^2 / 2 more successes and as many more
+/// failures. A closed form that errs towards covering near 0 and 1. `z` is the normal
+/// distribution's critical value.
+[[nodiscard]] Interval agresti_coull_interval(const Proportion& proportion, double z);
+
 /// Fisher's exact test of equal rates, two-sided: the probability of tables that are not more
 /// likely than this one, margins fixed.
 [[nodiscard]] double fisher_exact_p(const Proportion& a, const Proportion& b);

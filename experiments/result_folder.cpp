@@ -2,11 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <set>
 #include <sstream>
 
@@ -24,7 +27,35 @@ std::filesystem::path lock_of(const std::filesystem::path& store) {
   return std::filesystem::path(store).replace_extension(".lock");
 }
 
+struct flock whole_file(short type) {
+  struct flock lock {};
+  lock.l_type = type;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
+StoreWriter this_process(int workers) {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return {host.data(), ::getpid(), workers};
+}
+
+StoreWriter read_writer(const std::filesystem::path& lock_file) {
+  StoreWriter writer;
+  std::ifstream(lock_file) >> writer.host >> writer.process >> writer.workers;
+  return writer;
+}
+
+/// For people and `status`; nothing depends on it, so that a full disk does no harm.
+void write_writer(int descriptor, const StoreWriter& writer) {
+  const std::string text = fmt::format("{} {} {}\n", writer.host, writer.process, writer.workers);
+  if (::ftruncate(descriptor, 0) != 0) return;
+  [[maybe_unused]] const ssize_t written = ::pwrite(descriptor, text.data(), text.size(), 0);
+}
+
 }  // namespace
+
+std::string StoreWriter::text() const { return fmt::format("process {} on {}", process, host); }
 
 RunResults read_results(const std::vector<std::filesystem::path>& stores) {
   if (stores.empty()) throw InputError("no result stores (trials*.sqlite) were found");
@@ -76,6 +107,17 @@ std::filesystem::path ResultFolder::store_of(const std::optional<Shard>& shard) 
                         : "trials.sqlite");
 }
 
+std::optional<Shard> ResultFolder::shard_of(const std::filesystem::path& store) {
+  long long index = 0;
+  long long count = 0;
+  int end = 0;
+  const std::string name = store.filename().string();
+  const int found = std::sscanf(name.c_str(), "trials-%lld-of-%lld.sqlite%n", &index, &count, &end);
+  if (found != 2 || static_cast<std::size_t>(end) != name.size()) return std::nullopt;
+  if (index < 0 || index >= count) return std::nullopt;
+  return Shard{index, count};
+}
+
 RunResults ResultFolder::read() const {
   const auto found = stores();
   if (found.empty()) {
@@ -85,7 +127,7 @@ RunResults ResultFolder::read() const {
   return read_results(found);
 }
 
-FileDescriptor ResultFolder::lock(const std::optional<Shard>& shard) const {
+FileDescriptor ResultFolder::lock(const std::optional<Shard>& shard, int workers) const {
   make_folder(path_);
   const std::filesystem::path file = lock_of(store_of(shard));
   FileDescriptor descriptor(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
@@ -93,21 +135,30 @@ FileDescriptor ResultFolder::lock(const std::optional<Shard>& shard) const {
     throw IoError(fmt::format("{}: cannot be written ({}); give another --out", file.string(),
                               std::strerror(errno)));
   }
-  if (::flock(descriptor.get(), LOCK_EX | LOCK_NB) != 0) {
+  // A lock of the open file, not of the process: it can be asked for without being taken.
+  struct flock lock = whole_file(F_WRLCK);
+  if (::fcntl(descriptor.get(), F_OFD_SETLK, &lock) != 0) {
+    if (errno != EAGAIN && errno != EACCES) {
+      throw IoError(fmt::format("{}: cannot be locked ({}); give another --out", file.string(),
+                                std::strerror(errno)));
+    }
     throw InputError(
-        fmt::format("{}: another run is writing here, wait for it or give another "
-                    "--out",
-                    path_.string()));
+        fmt::format("{}: another run ({}) is writing here, wait for it or give another --out",
+                    path_.string(), read_writer(file).text()));
   }
+  write_writer(descriptor.get(), this_process(workers));
   return descriptor;
 }
 
-bool ResultFolder::busy() const {
-  const auto found = stores();
-  return std::any_of(found.begin(), found.end(), [](const std::filesystem::path& store) {
-    const FileDescriptor descriptor(::open(lock_of(store).c_str(), O_RDONLY | O_CLOEXEC));
-    return descriptor.get() >= 0 && ::flock(descriptor.get(), LOCK_SH | LOCK_NB) != 0;
-  });
+std::optional<StoreWriter> ResultFolder::writer_of(const std::filesystem::path& store) {
+  const std::filesystem::path file = lock_of(store);
+  const FileDescriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  struct flock lock = whole_file(F_RDLCK);
+  if (descriptor.get() < 0 || ::fcntl(descriptor.get(), F_OFD_GETLK, &lock) != 0 ||
+      lock.l_type == F_UNLCK) {
+    return std::nullopt;
+  }
+  return read_writer(file);
 }
 
 void ResultFolder::clear(const std::optional<Shard>& shard) const {

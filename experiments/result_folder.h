@@ -24,6 +24,16 @@ struct RunResults {
 /// @throws InputError when there are none, or when they are not of one run and configuration.
 [[nodiscard]] RunResults read_results(const std::vector<std::filesystem::path>& stores);
 
+/// The run that is writing a store.
+struct StoreWriter {
+  std::string host;
+  std::int64_t process = 0;
+  int workers = 0;
+
+  /// E.g. "process 4711 on node3".
+  [[nodiscard]] std::string text() const;
+};
+
 /// A folder of results: `config.yaml`, `trials.sqlite` (of a shard, `trials-i-of-n.sqlite`), and
 /// what is made of them: `trials.csv`, `trials.json`, `report.html`.
 class ResultFolder {
@@ -36,14 +46,17 @@ class ResultFolder {
   /// The stores that are here, sorted.
   [[nodiscard]] std::vector<std::filesystem::path> stores() const;
   [[nodiscard]] std::filesystem::path store_of(const std::optional<Shard>& shard) const;
+  /// The inverse: which shard's a store is, by its name; nothing for the store of a whole run.
+  [[nodiscard]] static std::optional<Shard> shard_of(const std::filesystem::path& store);
   /// @throws InputError unless there is at least one store.
   [[nodiscard]] RunResults read() const;
 
-  /// Makes the folder and keeps other runs from writing this shard's store.
+  /// Makes the folder and keeps other runs from writing this shard's store until the descriptor is
+  /// closed or the process ends, however it ends. `workers` is for those who ask `writer_of`.
   /// @throws InputError when another run is at it, IoError when the folder cannot be written.
-  [[nodiscard]] FileDescriptor lock(const std::optional<Shard>& shard) const;
-  /// Is a run writing here now?
-  [[nodiscard]] bool busy() const;
+  [[nodiscard]] FileDescriptor lock(const std::optional<Shard>& shard, int workers) const;
+  /// The run that is writing `store` now, if any. Asking does not disturb a run that starts.
+  [[nodiscard]] static std::optional<StoreWriter> writer_of(const std::filesystem::path& store);
   /// Removes this shard's store, or without a shard all stores, and what was made of them.
   void clear(const std::optional<Shard>& shard) const;
 

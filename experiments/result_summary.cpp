@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <map>
 
+#include "experiments/trial_quota.h"
+
 namespace binpick {
 namespace {
 
@@ -50,11 +52,11 @@ std::optional<Proportion> paper_counts(const ExperimentConfig& config, const Cel
   return std::nullopt;
 }
 
-CellSummary summarize_cell(const ExperimentConfig& config, const Cell& cell,
-                           const CellTrials& trials) {
+CellSummary summarize_cell(const ExperimentConfig& config, const TrialQuota& quota,
+                           const Cell& cell, const CellTrials& trials) {
   CellSummary summary;
   summary.ours = proportion_of(trials);
-  summary.interval = wilson_interval(summary.ours);
+  summary.interval = quota.interval(summary.ours);
   summary.paper = paper_counts(config, cell);
   if (summary.paper && summary.ours.trials > 0) {
     summary.paper_p = fisher_exact_p(summary.ours, *summary.paper);
@@ -140,23 +142,18 @@ std::optional<std::size_t> column_axis(const ExperimentConfig& config) {
 }
 
 TrialTable trials_of(const Experiment& experiment, const TrialTable& table) {
-  TrialTable result;
-  for (const Cell& cell : experiment.cells()) {
-    const auto first = table.lower_bound({cell.key, 0});
-    const auto last = table.lower_bound({cell.key, experiment.config().trials});
-    result.insert(first, last);
-  }
-  return result;
+  return TrialQuota(experiment).select(table);
 }
 
 ResultSummary summarize(const Experiment& experiment, const TrialTable& table) {
-  const TrialTable own = trials_of(experiment, table);
+  const TrialQuota quota(experiment);
+  const TrialTable own = quota.select(table);
   const std::vector<CellTrials> trials = successes_by_cell(experiment, own);
   const ExperimentConfig& config = experiment.config();
   ResultSummary summary;
-  summary.expected_trials = experiment.job_count();
+  summary.expected_trials = quota.expected(own);
   for (const Cell& cell : experiment.cells()) {
-    summary.cells.push_back(summarize_cell(config, cell, trials[cell.index]));
+    summary.cells.push_back(summarize_cell(config, quota, cell, trials[cell.index]));
     summary.pooled = summary.pooled + summary.cells.back().ours;
   }
   const auto axis = column_axis(config);

@@ -14,7 +14,7 @@ namespace binpick {
 
 struct CellSummary {
   Proportion ours;
-  Interval interval;  ///< Wilson, 95 %
+  Interval interval;  ///< 95 %: Wilson's or, under a stopping rule, the rule's
   std::optional<Proportion> paper;
   /// Fisher's exact test of equal rates, ours against the paper's.
   std::optional<double> paper_p;
@@ -61,14 +61,13 @@ struct ResultSummary {
   std::vector<OutcomeCount> outcomes;  ///< by outcome, then stage; zero counts left out
   std::vector<GateResult> gates;
   Proportion pooled;
-  std::int64_t expected_trials = 0;
+  std::int64_t expected_trials = 0;  ///< see TrialQuota::expected
 
   [[nodiscard]] bool complete() const { return pooled.trials == expected_trials; }
   [[nodiscard]] bool gates_passed() const;
 };
 
-/// The trials of `table` that belong to the experiment: others (of a larger earlier run in the same
-/// folder) are left out.
+/// The trials of `table` that belong to the experiment; see TrialQuota.
 [[nodiscard]] TrialTable trials_of(const Experiment& experiment, const TrialTable& table);
 
 [[nodiscard]] ResultSummary summarize(const Experiment& experiment, const TrialTable& table);

@@ -15,6 +15,7 @@
 #include "experiments/result_folder.h"
 #include "experiments/runner.h"
 #include "experiments/shard.h"
+#include "experiments/trial_quota.h"
 #include "models/errors.h"
 
 namespace binpick {
@@ -56,10 +57,18 @@ class RunCommand {
       : arguments_(arguments),
         experiment_(load_experiment(arguments, registry)),
         manifest_(RunManifest::of(experiment_)),
-        folder_(std::filesystem::absolute(arguments.out
-                                              ? std::filesystem::path(*arguments.out)
-                                              : ResultFolder::default_path(experiment_))) {
-    shard_ = arguments.shard ? Shard::parse(*arguments.shard) : Shard::from_environment();
+        folder_(std::filesystem::absolute(arguments.out ? std::filesystem::path(*arguments.out)
+                                                        : ResultFolder::default_path(experiment_))),
+        shard_(arguments.shard ? Shard::parse(*arguments.shard) : Shard::from_environment()),
+        quota_(experiment_) {
+    if (shard_ && experiment_.config().stopping.active()) {
+      throw InputError(fmt::format(
+          "{}: shards do not go with 'stopping', which has to see all trials of a cell: leave "
+          "--shard out (outside of a job array), or --set stopping.half_width=0",
+          arguments.config));
+    }
+    if (!arguments.fresh) finished_ = read_finished();
+    total_ = count_total();
   }
 
   int execute() {
@@ -78,35 +87,54 @@ class RunCommand {
   }
 
  private:
-  std::vector<Job> missing_jobs() {
+  /// The trials of all stores in the folder.
+  TrialTable read_finished() const {
     TrialTable finished;
-    const auto stores = folder_.stores();
-    if (!stores.empty() && !arguments_.fresh) {
-      for (const std::filesystem::path& file : stores) {
-        ResultStore store = ResultStore::open_to_read(file);
-        const std::string conflict = manifest_.conflict_with(store.manifest());
-        if (!conflict.empty()) {
-          throw InputError(fmt::format("{}: holds {}; give another --out, or --fresh to start over",
-                                       file.string(), conflict));
-        }
-        finished.merge(store.trials());
+    for (const std::filesystem::path& file : folder_.stores()) {
+      ResultStore store = ResultStore::open_to_read(file);
+      const std::string conflict = manifest_.conflict_with(store.manifest());
+      if (!conflict.empty()) {
+        throw InputError(fmt::format("{}: holds {}; give another --out, or --fresh to start over",
+                                     file.string(), conflict));
       }
+      finished.merge(store.trials());
     }
-    std::vector<Job> jobs;
-    for (std::int64_t i = 0; i < experiment_.job_count(); ++i) {
-      const Job job = experiment_.job(i);
-      if (shard_ && !shard_->holds(job)) continue;
-      ++total_;
-      if (!finished.contains({experiment_.cells()[job.cell].key, job.trial})) jobs.push_back(job);
-    }
+    return finished;
+  }
+
+  std::vector<Job> missing_jobs() const {
+    std::vector<Job> jobs = quota_.missing(finished_);
+    const auto of_others = [&](const Job& job) { return shard_ && !shard_->holds(job); };
+    jobs.erase(std::remove_if(jobs.begin(), jobs.end(), of_others), jobs.end());
     return jobs;
   }
 
+  std::int64_t count_total() const {
+    if (!shard_) return quota_.expected(finished_);
+    std::int64_t total = 0;
+    for (std::int64_t i = 0; i < experiment_.job_count(); ++i) {
+      total += shard_->holds(experiment_.job(i)) ? 1 : 0;
+    }
+    return total;
+  }
+
+  std::int64_t count_done() const {
+    return shard_ ? total_ - std::ssize(missing_jobs()) : std::ssize(quota_.select(finished_));
+  }
+
+  int workers() const { return arguments_.workers > 0 ? arguments_.workers : available_cores(); }
+
   void open_store() {
-    lock_ = folder_.lock(shard_);
+    lock_ = folder_.lock(shard_, workers());
     if (arguments_.fresh) folder_.clear(shard_);
     write_effective_config(folder_, experiment_);
     store_.emplace(ResultStore::open_for_run(folder_.store_of(shard_), manifest_));
+    // The folder was read before it was locked.
+    for (const auto& [key, trial] : store_->trials()) {
+      if (finished_.contains(key)) continue;
+      throw InputError(fmt::format("{}: another run has written here in the meantime; run again",
+                                   folder_.store_of(shard_).string()));
+    }
   }
 
   std::optional<int> run(const std::vector<Job>& jobs) {
@@ -115,20 +143,24 @@ class RunCommand {
     events.inputs_accepted = [&] {
       open_store();
       fmt::print(stderr, "results go to {}\n", folder_.path().string());
-      progress.emplace(experiment_.config().name, total_ - std::int64_t(jobs.size()), total_);
+      progress.emplace(experiment_.config().name, count_done(), total_);
     };
     events.trial_finished = [&](const TrialKey& key, const StoredTrial& trial) {
       store_->add(key, trial);
+      finished_.emplace(key, trial);
       progress->trial_finished(trial.record.outcome == TrialOutcome::kSuccess);
     };
     events.log = [&](std::string_view line) {
       progress ? progress->log(line) : fmt::print(stderr, "{}\n", line);
     };
+    events.more_jobs = [&] {
+      if (progress && !shard_) progress->expect(quota_.expected(finished_));
+      return missing_jobs();
+    };
     events.tick = [&] {
       if (progress) progress->refresh();
     };
-    const int workers = arguments_.workers > 0 ? arguments_.workers : available_cores();
-    Runner runner(experiment_, jobs, {workers, folder_.path()}, events);
+    Runner runner(experiment_, jobs, {workers(), folder_.path()}, events);
     return runner.run();
   }
 
@@ -137,6 +169,8 @@ class RunCommand {
   RunManifest manifest_;
   ResultFolder folder_;
   std::optional<Shard> shard_;
+  TrialQuota quota_;
+  TrialTable finished_;
   std::int64_t total_ = 0;
   FileDescriptor lock_;
   std::optional<ResultStore> store_;

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "experiments/content_hash.h"
 
@@ -23,6 +25,33 @@ auto fields_of(Manifest& manifest) {
       std::pair{"program", &manifest.program},       std::pair{"build", &manifest.build},
       std::pair{"config", &manifest.config},         std::pair{"yaml", &manifest.yaml},
       std::pair{"directory", &manifest.directory},   std::pair{"cpu", &manifest.cpu}};
+}
+
+/// The lines of an effective configuration that decide the records; see Experiment::identity_hash.
+std::vector<std::string> deciding_lines(const std::string& yaml) {
+  std::vector<std::string> lines;
+  std::istringstream text(yaml);
+  for (std::string line; std::getline(text, line);) {
+    const std::string key = line.substr(0, line.find(':'));
+    if (key == "paper" || key == "gates") break;  // the last ones
+    if (key == "title" || key == "trials" || key == "time_limit_s" || key == "stopping" ||
+        key == "format") {
+      continue;
+    }
+    lines.push_back(line.substr(line.find_first_not_of(" -")));
+  }
+  return lines;
+}
+
+/// What `theirs` has in another way than `ours`, for a person: the first line that differs.
+std::string first_difference(const std::string& ours, const std::string& theirs) {
+  const std::vector<std::string> a = deciding_lines(ours);
+  const std::vector<std::string> b = deciding_lines(theirs);
+  const auto [in_a, in_b] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  const auto quoted = [](const auto& line, const auto& end) {
+    return line == end ? std::string("nothing") : fmt::format("'{}'", *line);
+  };
+  return fmt::format("{} instead of {}", quoted(in_b, b.end()), quoted(in_a, a.end()));
 }
 
 }  // namespace
@@ -62,7 +91,7 @@ std::string RunManifest::conflict_with(const RunManifest& other) const {
     return fmt::format("results of experiment '{}', not of '{}'", other.experiment, experiment);
   }
   if (identity != other.identity) {
-    return "results of another configuration (seed, parameters or axes differ)";
+    return fmt::format("results of another configuration ({})", first_difference(yaml, other.yaml));
   }
   if (inputs != other.inputs) return "results of other scene or model files";
   if (protocol != other.protocol) {

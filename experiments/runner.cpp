@@ -20,6 +20,7 @@ using std::chrono::milliseconds;
 constexpr int kTickMs = 500;
 constexpr int kOwnDeaths = 2;  // a trial is booked as crashed after so many deaths
 constexpr int kDeathsFromOutside = 6;
+constexpr std::chrono::seconds kPause{2};  // a turn of so long means that this process was stopped
 constexpr double kLoadLimit = 300.0;  // s; loading is no trial, but must not hang for ever either
 
 }  // namespace
@@ -33,23 +34,40 @@ Runner::Runner(const Experiment& experiment, std::vector<Job> jobs, RunnerOption
       unfinished_(jobs_.size()) {}
 
 std::optional<int> Runner::run() {
-  const auto workers = std::min(static_cast<std::size_t>(options_.workers), jobs_.size());
-  for (std::size_t i = 0; i < workers; ++i) start_worker();
-  while (unfinished_ > 0) {
+  last_turn_ = Clock::now();
+  while (has_work()) {
+    fill_slots();
     if (const auto signal = wait_for_events()) {
       slots_.clear();  // kills the workers
       return signal;
     }
+    forgive_pause();
     for (const auto& slot : slots_) check_deadline(*slot);
     const auto ended = std::remove_if(slots_.begin(), slots_.end(), [](const auto& slot) {
       return slot->state == State::kEnded;
     });
     slots_.erase(ended, slots_.end());
-    while (slots_.size() < std::min(workers, unfinished_)) start_worker();
     if (events_.tick) events_.tick();
   }
   slots_.clear();
   return std::nullopt;
+}
+
+bool Runner::has_work() {
+  if (unfinished_ > 0 || !events_.more_jobs) return unfinished_ > 0;
+  jobs_ = events_.more_jobs();
+  next_job_ = 0;
+  unfinished_ = jobs_.size();
+  return unfinished_ > 0;
+}
+
+void Runner::fill_slots() {
+  for (const auto& slot : slots_) {
+    if (slot->state == State::kIdle) give_work(*slot);
+  }
+  while (slots_.size() < std::min(static_cast<std::size_t>(options_.workers), unfinished_)) {
+    start_worker();
+  }
 }
 
 void Runner::start_worker() {
@@ -191,6 +209,13 @@ void Runner::handle_death(const Slot& slot, const ProcessEnd& end) {
   finish(slot.work.job,
          {TrialOutcome::kCrashed, slot.stage, fmt::format("the process ended by {}", end.text), {}},
          slot.started);
+}
+
+void Runner::forgive_pause() {
+  const Clock::time_point now = Clock::now();
+  const auto pause = now - std::exchange(last_turn_, now);
+  if (pause < kPause) return;
+  for (const auto& slot : slots_) slot->started += pause;
 }
 
 void Runner::check_deadline(Slot& slot) {

@@ -21,6 +21,8 @@ struct RunEvents {
   std::function<void(const TrialKey&, const StoredTrial&)> trial_finished;
   /// A line that a worker printed.
   std::function<void(std::string_view)> log;
+  /// All jobs have ended: more of them, or none to end the run. May be left empty.
+  std::function<std::vector<Job>()> more_jobs;
   /// At least twice a second.
   std::function<void()> tick;
 };
@@ -36,7 +38,8 @@ struct RunnerOptions {
 /// A worker that dies during a trial is replaced and the trial tried again: a trial that kills its
 /// process does so again and is booked as kCrashed, whereas a worker killed from outside (by a
 /// person, or by the kernel when memory is short) costs nothing. A trial that exceeds the
-/// experiment's wall-clock limit is killed and booked as kTimeout.
+/// experiment's wall-clock limit is killed and booked as kTimeout; time during which this process
+/// was stopped (SIGSTOP, a suspended job) does not count.
 class Runner {
  public:
   Runner(const Experiment& experiment, std::vector<Job> jobs, RunnerOptions options,
@@ -67,6 +70,10 @@ class Runner {
 
   void start_worker();
   [[nodiscard]] int poll_timeout_ms() const;
+  /// @return whether there is something to do, after asking for more when all jobs have ended.
+  [[nodiscard]] bool has_work();
+  /// Starts workers that are missing and gives work to those that are idle.
+  void fill_slots();
   /// Waits for something to happen. @return the stop signal, if that was it.
   std::optional<int> wait_for_events();
   void handle_replies(Slot& slot);
@@ -75,6 +82,7 @@ class Runner {
   void handle_end(Slot& slot);
   void handle_death(const Slot& slot, const ProcessEnd& end);
   void check_deadline(Slot& slot);
+  void forgive_pause();
   void accept_inputs();
   void give_work(Slot& slot);
   void finish(const Job& job, TrialRecord record, Clock::time_point started);
@@ -91,6 +99,7 @@ class Runner {
   std::size_t next_job_ = 0;
   std::size_t unfinished_;
   bool inputs_accepted_ = false;
+  Clock::time_point last_turn_ = Clock::now();
   int load_deaths_ = 0;  ///< of workers that were killed from outside while they loaded
 };
 

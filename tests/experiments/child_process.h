@@ -15,6 +15,7 @@ struct ChildOptions {
   std::filesystem::path directory = "/";
   std::map<std::string, std::string> environment;  ///< on top of this process's
   std::optional<std::uintmax_t> file_size_limit;   ///< bytes
+  bool unprivileged = false;                       ///< as nobody, when the test runs as root
 };
 
 /// Another program under test, with its output in files.

@@ -3,10 +3,12 @@
 
 #include <chrono>
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "child_process.h"
 #include "coin_experiment.h"
+#include "experiments/result_folder.h"
 #include "models/random.h"
 
 namespace binpick {
@@ -57,7 +59,22 @@ class ProgramRun : public testing::Test {
     return json + read_whole_file(folder_ / out / "trials.csv");
   }
 
-  /// Waits until the process has a worker and some results; false when it ended before.
+  [[nodiscard]] nlohmann::json status_of(const std::string& out) {
+    EXPECT_EQ(run({"status", out, "--json"}), 0) << err_;
+    return nlohmann::json::parse(out_);
+  }
+
+  /// Waits until a run has written this many trials; false when that takes too long.
+  [[nodiscard]] bool wait_for_trials(const std::string& out, std::int64_t count) {
+    const ResultFolder folder(folder_ / out);
+    for (int i = 0; i < 2000; ++i) {
+      if (!folder.stores().empty() && std::ssize(folder.read().trials) >= count) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+
+  /// Waits until the process has a worker; false when it ended before.
   static bool wait_for_worker(const ChildProcess& process) {
     for (int i = 0; i < 500; ++i) {
       if (!process.children().empty()) return true;
@@ -159,13 +176,29 @@ TEST_F(ProgramRun, ShardsShareAFolderAndComeFromSlurm) {
   EXPECT_TRUE(canonical("array") == canonical("whole"));
 }
 
-TEST_F(ProgramRun, MergeRefusesOtherRunsAndReportsConflicts) {
+TEST_F(ProgramRun, MergeRefusesOtherRuns) {
   configure("rate: 0.6");
   ASSERT_EQ(run_into("a", {"--trials", "3"}), 0);
   ASSERT_EQ(run_into("b", {"--trials", "3", "--seed", "4"}), 0);
   EXPECT_EQ(run({"merge", "ab", "a", "b"}), 2);
+  EXPECT_THAT(err_, HasSubstr("'seed: 4' instead of 'seed: 3'"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "ab"));
   EXPECT_EQ(run({"merge", "ab", "a", "nowhere"}), 2);
+  EXPECT_EQ(run_into("a", {"--trials", "3", "--seed", "4"}), 2);
+  EXPECT_THAT(err_, HasSubstr("'seed: 3' instead of 'seed: 4'"));
+}
+
+TEST_F(ProgramRun, MergeSaysWhichShardsAreMissing) {
+  configure("rate: 0.6");
+  for (const char* shard : {"0/5", "2/5"}) ASSERT_EQ(run_into("parts", {"--shard", shard}), 0);
+  ASSERT_EQ(run({"merge", "merged", "parts"}), 0);
+  EXPECT_THAT(err_, HasSubstr("48 trials of 2 stores"));
+  EXPECT_THAT(err_, HasSubstr("no store of shards 1, 3, 4 of 5"));
+  EXPECT_THAT(out_, HasSubstr("48 of 120 trials are there"));
+  ASSERT_EQ(run({"status", "parts"}), 0);
+  EXPECT_THAT(out_, HasSubstr("48 of 120 trials, stopped"));
+  EXPECT_THAT(out_, HasSubstr("trials-2-of-5.sqlite: 24 of 24, complete"));
+  EXPECT_THAT(out_, HasSubstr("without a store: shards 1, 3, 4 of 5"));
 }
 
 TEST_F(ProgramRun, ACrashIsThatTrialsOutcome) {
@@ -275,11 +308,84 @@ TEST_F(ProgramRun, SignalsEndARunThatCanGoOn) {
 TEST_F(ProgramRun, TwoRunsDoNotShareAFolder) {
   configure("rate: 0.6, work_ms: 20");
   const auto first = start({"run", "coin.yaml", "--out", "out"});
-  ASSERT_TRUE(wait_for_worker(*first));
-  std::this_thread::sleep_for(std::chrono::milliseconds(150));
+  ASSERT_TRUE(wait_for_trials("out", 5));
   EXPECT_EQ(run_into("out"), 2);
-  EXPECT_THAT(err_, HasSubstr("another run"));
+  EXPECT_THAT(err_, HasSubstr("another run (process " + std::to_string(first->pid())));
   EXPECT_EQ(first->wait(), 0);
+}
+
+TEST_F(ProgramRun, StatusTellsHowFarARunIs) {
+  configure("rate: 0.6, work_ms: 20");
+  const auto process = start({"run", "coin.yaml", "--out", "out", "--workers", "2"});
+  ASSERT_TRUE(wait_for_trials("out", 10));
+  nlohmann::json status = status_of("out");
+  EXPECT_EQ(status["state"], "running");
+  EXPECT_EQ(status["expected"], 120);
+  EXPECT_EQ(status["parts"][0]["process"], process->pid());
+  EXPECT_EQ(status["parts"][0]["workers"], 2);
+  const double done = status["done"];
+  const double mean = double(status["work_time_s"]) / done;
+  EXPECT_GE(mean, 0.02);
+  EXPECT_NEAR(status["time_left_s"], (120.0 - done) * mean / 2.0, 1e-6);
+  process->send(SIGKILL);
+  process->wait();
+  status = status_of("out");
+  EXPECT_EQ(status["state"], "stopped");
+  EXPECT_TRUE(status["time_left_s"].is_null());
+  ASSERT_EQ(run_into("out"), 0);
+  status = status_of("out");
+  EXPECT_EQ(status["state"], "complete");
+  EXPECT_EQ(status["cells"].size(), 6u);
+}
+
+TEST_F(ProgramRun, APausedRunLosesNoTrialToItsTimeLimit) {
+  configure("rate: 0.6, work_ms: 200", "1.5");
+  const auto process = start({"run", "coin.yaml", "--out", "out", "--trials", "2"});
+  ASSERT_TRUE(wait_for_trials("out", 1));
+  std::vector<pid_t> all = process->children();
+  all.push_back(process->pid());
+  for (const pid_t each : all) ::kill(each, SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  for (const pid_t each : all) ::kill(each, SIGCONT);
+  ASSERT_EQ(process->wait(), 0) << process->err();
+  EXPECT_THAT(read_whole_file(folder_ / "out" / "trials.csv"), Not(HasSubstr("timeout")));
+}
+
+TEST_F(ProgramRun, StopsWhereTheIntervalIsNarrowWhateverTheWorkers) {
+  configure("rate: 0.6");
+  const std::vector<std::string> rule{"--trials", "100", "--set",
+                                      "stopping={half_width: 0.12, block: 10}"};
+  const auto run_with = [&](const std::string& out, const char* workers) {
+    std::vector<std::string> arguments = rule;
+    arguments.insert(arguments.end(), {"--workers", workers});
+    return run_into(out, arguments);
+  };
+  for (const char* workers : {"1", "2", "4"}) ASSERT_EQ(run_with(workers, workers), 0) << err_;
+  EXPECT_TRUE(canonical("1") == canonical("2"));
+  EXPECT_TRUE(canonical("1") == canonical("4"));
+  const nlohmann::json status = status_of("1");
+  EXPECT_EQ(status["state"], "complete");
+  EXPECT_LT(status["done"], 600);
+  EXPECT_EQ(status["done"], status["expected"]);
+  for (const nlohmann::json& cell : status["cells"]) {
+    const double width = double(cell["interval_high"]) - double(cell["interval_low"]);
+    EXPECT_TRUE(width <= 0.24 || cell["trials"] == 100) << cell;
+  }
+  // A run that is interrupted, and a folder that holds more, end in the same results.
+  ASSERT_EQ(run_into("grown", {"--trials", "35"}), 0);
+  ASSERT_EQ(run_with("grown", "2"), 0) << err_;
+  EXPECT_TRUE(canonical("grown") == canonical("1"));
+}
+
+TEST_F(ProgramRun, StoppingRulesAndShardsExcludeEachOther) {
+  configure("rate: 0.6");
+  const std::string rule = "stopping={half_width: 0.12, block: 10}";
+  EXPECT_EQ(run_into("out", {"--set", rule, "--shard", "0/2"}), 2);
+  EXPECT_THAT(err_, HasSubstr("shards do not go with 'stopping'"));
+  ChildOptions options;
+  options.environment = {{"SLURM_ARRAY_TASK_ID", "0"}, {"SLURM_ARRAY_TASK_COUNT", "2"}};
+  EXPECT_EQ(run({"run", "coin.yaml", "--out", "out", "--set", rule}, options), 2);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 
 TEST_F(ProgramRun, AFullDiskKeepsWhatWasWritten) {
@@ -293,6 +399,34 @@ TEST_F(ProgramRun, AFullDiskKeepsWhatWasWritten) {
   ASSERT_EQ(run_into("full", {"--trials", "60"}), 0);
   EXPECT_THAT(err_, HasSubstr("are done already"));
   EXPECT_TRUE(canonical("full") == canonical("whole"));
+}
+
+TEST_F(ProgramRun, AnOlderConfigurationIsRefused) {
+  std::string yaml = kCoinYaml;
+  folder_.write("old.yaml", "format: 0\n" + yaml);
+  EXPECT_EQ(run({"run", "old.yaml", "--out", "out"}), 2);
+  EXPECT_THAT(err_, HasSubstr("old.yaml:1:9: a file of format 0, this program reads format 1"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+TEST_F(ProgramRun, AReadOnlyFolderIsAnIoErrorAndCanStillBeLookedAt) {
+  configure("rate: 0.6");
+  ASSERT_EQ(run_into("out", {"--trials", "5"}), 0);
+  const std::string before = canonical("out");
+  constexpr std::filesystem::perms kReadOnly{0555};
+  constexpr std::filesystem::perms kWritable{0755};
+  ChildOptions options;
+  options.unprivileged = true;
+  for (const char* each : {"out", "."}) std::filesystem::permissions(folder_ / each, kReadOnly);
+  ASSERT_EQ(run({"status", "out"}, options), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("30 of 30 trials"));
+  EXPECT_EQ(run({"run", "coin.yaml", "--out", "out", "--trials", "6"}, options), 3);
+  EXPECT_THAT(err_, HasSubstr("cannot be written"));
+  EXPECT_EQ(run({"run", "coin.yaml", "--out", "other"}, options), 3);
+  EXPECT_EQ(run({"merge", "merged", "out"}, options), 3);
+  EXPECT_EQ(run({"report", "out"}, options), 3);
+  for (const char* each : {".", "out"}) std::filesystem::permissions(folder_ / each, kWritable);
+  EXPECT_TRUE(canonical("out") == before);
 }
 
 TEST_F(ProgramRun, UnwritableFoldersAreIoErrors) {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "coin_experiment.h"
 #include "experiments/result_export.h"
@@ -121,15 +122,46 @@ TEST(ResultFolder, RefusesToJoinDifferentRuns) {
 TEST(ResultFolder, OneRunAtATime) {
   const TemporaryFolder folder;
   const ResultFolder results(folder.path());
-  (void)ResultStore::open_for_run(results.store_of(std::nullopt), manifest());
-  EXPECT_FALSE(results.busy());
+  const std::filesystem::path store = results.store_of(std::nullopt);
+  EXPECT_FALSE(ResultFolder::writer_of(store));
   {
-    const FileDescriptor lock = results.lock(std::nullopt);
-    EXPECT_TRUE(results.busy());
-    EXPECT_THROW((void)results.lock(std::nullopt), InputError);
-    EXPECT_NO_THROW((void)results.lock(Shard{0, 2}));
+    const FileDescriptor lock = results.lock(std::nullopt, 3);
+    const auto writer = ResultFolder::writer_of(store);
+    ASSERT_TRUE(writer);
+    EXPECT_EQ(writer->process, ::getpid());
+    EXPECT_EQ(writer->workers, 3);
+    EXPECT_THROW((void)results.lock(std::nullopt, 1), InputError);
+    EXPECT_NO_THROW((void)results.lock(Shard{0, 2}, 1));
   }
-  EXPECT_FALSE(results.busy());
+  EXPECT_FALSE(ResultFolder::writer_of(store));
+}
+
+TEST(ResultFolder, StoresAreNamedAfterTheirShards) {
+  const ResultFolder results("folder");
+  const auto shard = ResultFolder::shard_of(results.store_of(Shard{3, 8}));
+  ASSERT_TRUE(shard);
+  EXPECT_EQ(shard->index, 3);
+  EXPECT_EQ(shard->count, 8);
+  for (const char* name : {"trials.sqlite", "trials-8-of-8.sqlite", "trials-1-of-2.sqlite.old"}) {
+    EXPECT_FALSE(ResultFolder::shard_of(name)) << name;
+  }
+}
+
+TEST(RunManifest, SaysWhatDiffers) {
+  const RunManifest ours = manifest();
+  const auto conflict_of = [&](const std::string& what, const std::string& by) {
+    std::string yaml = kCoinYaml;
+    yaml.replace(yaml.find(what), what.size(), by);
+    return ours.conflict_with(RunManifest::of(coin_experiment(yaml)));
+  };
+  EXPECT_EQ(conflict_of("seed: 3", "seed: 4"),
+            "results of another configuration ('seed: 4' instead of 'seed: 3')");
+  EXPECT_EQ(conflict_of("work_ms: 0", "work_ms: 2"),
+            "results of another configuration ('work_ms: 2' instead of 'work_ms: 0')");
+  EXPECT_EQ(conflict_of("[0.3, 0.6, 0.9]", "[0.3, 0.6, 0.9, 1]"),
+            "results of another configuration ('values: [0.3, 0.6, 0.9, 1]' instead of 'values: "
+            "[0.3, 0.6, 0.9]')");
+  EXPECT_EQ(conflict_of("trials: 20", "trials: 30"), "");
 }
 
 TEST(ResultExport, CsvQuotesWhatNeedsIt) {
