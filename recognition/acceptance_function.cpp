@@ -5,13 +5,6 @@
 #include <cmath>
 
 namespace binpick {
-namespace {
-
-constexpr float kLikeNormal = 0.8f;     // 37 degrees: normals of edges and corners are smeared
-constexpr float kGrazingCosine = 0.1f;  // points turned further away are not expected to be seen
-
-}  // namespace
-
 Acceptance evaluate_acceptance(const ObservedScene& scene, const RecognitionModel& model,
                                const Eigen::Isometry3f& T_camera_model, float epsilon) {
   const TestPoints& points = model.test_points;
@@ -39,33 +32,8 @@ Acceptance evaluate_acceptance(const ObservedScene& scene, const RecognitionMode
 FacingCounts count_facing(const ObservedScene& scene, const RecognitionModel& model,
                           const Eigen::Isometry3f& T_camera_model, float epsilon, std::size_t begin,
                           std::size_t end) {
-  const TestPoints& points = model.test_points;
-  const Projection& projection = scene.projection();
-  const Eigen::Matrix3f R = T_camera_model.linear();
-  const Eigen::Vector3f t = T_camera_model.translation();
-  FacingCounts counts;
-  end = std::min(end, points.size());
-  for (std::size_t i = begin; i < end; ++i) {
-    const Eigen::Vector3f p = R * points.p(i) + t;
-    const Eigen::Vector3f n = R * points.n(i);
-    const float towards = -n.dot(p);
-    if (towards <= 0.0f || towards * towards < kGrazingCosine * kGrazingCosine * p.squaredNorm()) {
-      continue;
-    }
-    const int index = projection.pixel(p);
-    if (index < 0) continue;
-    ++counts.facing;
-    const ScenePixel& pixel = scene.pixel(index);
-    if (!(pixel.depth > 0.0f)) continue;
-    const float residual = n.dot(projection.point(index, pixel.depth) - p);
-    if (residual < -epsilon) {
-      ++counts.occluding;
-    } else if (residual <= epsilon && (pixel.flags & ScenePixel::kSupport) == 0 &&
-               n.dot(pixel.normal()) > kLikeNormal) {
-      ++counts.matched;
-    }
-  }
-  return counts;
+  static const PointKernels kernels = best_kernels();
+  return kernels.count_facing(scene, model, T_camera_model, epsilon, begin, end);
 }
 
 std::optional<FacingCounts> test_in_cascade(const ObservedScene& scene,

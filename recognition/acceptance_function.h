@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "recognition/observed_scene.h"
+#include "recognition/point_kernels.h"
 #include "recognition/recognition_model.h"
 
 namespace binpick {
@@ -26,15 +27,6 @@ struct Acceptance {
                                              const Eigen::Isometry3f& T_camera_model,
                                              float epsilon);
 
-/// Counts over the model points that face the sensor.
-struct FacingCounts {
-  int facing = 0;     ///< face the sensor and fall into the image
-  int matched = 0;    ///< depth and normal agree with the scene
-  int occluding = 0;  ///< in front of a measured point
-
-  [[nodiscard]] float score() const { return static_cast<float>(matched - 2 * occluding); }
-};
-
 /// What a quick test asks for, relative to the points that face the sensor: unlike a share of all
 /// points, this does not depend on the side from which the object is seen.
 struct FacingThresholds {
@@ -50,7 +42,7 @@ struct FacingThresholds {
                                                           const Eigen::Isometry3f& T_camera_model,
                                                           const FacingThresholds& thresholds);
 
-/// Counts the model points [begin, end).
+/// Counts the test points [begin, end) with the fastest kernel that there is.
 [[nodiscard]] FacingCounts count_facing(const ObservedScene& scene, const RecognitionModel& model,
                                         const Eigen::Isometry3f& T_camera_model, float epsilon,
                                         std::size_t begin, std::size_t end);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "recognition/parallel_for.h"
 #include "recognition/stopwatch.h"
@@ -12,6 +13,7 @@ namespace {
 constexpr float kSameSurface = 1.015f;   // depths within 1.5 % of the nearest are averaged
 constexpr double kPixelsPerLeaf = 1.35;  // a working pixel must not be coarser than a leaf / this
 constexpr int kChunk = 1024;
+constexpr int kRowsPerChunk = 16;
 
 double median_depth(const RangeImage& image) {
   std::vector<float> depths;
@@ -28,22 +30,23 @@ float leaf_size_for(const RangeImage& image, const SceneScale& scale) {
   return static_cast<float>(std::max(scale.leaf_size, 2.0 * point_spacing(image)));
 }
 
-std::vector<Eigen::Vector3f> points_of(const RangeImage& image) {
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(image.depth.size());
+/// One point per pixel, not a number where nothing was measured.
+std::vector<Eigen::Vector3f> points_of(const RangeImage& image, int jobs) {
+  constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+  std::vector<Eigen::Vector3f> points(image.depth.size());
   const CameraIntrinsics& camera = image.intrinsics;
   const auto ifx = static_cast<float>(1.0 / camera.fx);
   const auto ify = static_cast<float>(1.0 / camera.fy);
-  std::size_t i = 0;
-  for (int v = 0; v < camera.height; ++v) {
-    const float y = (static_cast<float>(v) - static_cast<float>(camera.cy)) * ify;
-    for (int u = 0; u < camera.width; ++u, ++i) {
-      const float z = image.depth[i];
-      if (!(z > 0.0f) || !std::isfinite(z)) continue;
-      points.emplace_back((static_cast<float>(u) - static_cast<float>(camera.cx)) * ifx * z, y * z,
-                          z);
+  parallel_chunks(camera.height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
+    auto i = static_cast<std::size_t>(begin) * static_cast<std::size_t>(camera.width);
+    for (int v = begin; v < end; ++v) {
+      const float y = (static_cast<float>(v) - static_cast<float>(camera.cy)) * ify;
+      for (int u = 0; u < camera.width; ++u, ++i) {
+        const float z = image.depth[i] > 0.0f ? image.depth[i] : kNothing;
+        points[i] = {(static_cast<float>(u) - static_cast<float>(camera.cx)) * ifx * z, y * z, z};
+      }
     }
-  }
+  });
   return points;
 }
 
@@ -81,6 +84,10 @@ float depth_of_block(const RangeImage& image, int u0, int v0, int block) {
   return sum / count;
 }
 
+std::int8_t rounded(float value) {
+  return static_cast<std::int8_t>(value < 0.0f ? value - 0.5f : value + 0.5f);
+}
+
 }  // namespace
 
 double point_spacing(const RangeImage& image) {
@@ -98,7 +105,7 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
   projection_ = projection_of(image.intrinsics, block);
   pixels_.resize(static_cast<std::size_t>(projection_.width) *
                  static_cast<std::size_t>(projection_.height));
-  parallel_chunks(projection_.height, 16, jobs, [&](int, int begin, int end) {
+  parallel_chunks(projection_.height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
     for (int v = begin; v < end; ++v) {
       for (int u = 0; u < projection_.width; ++u) {
         pixels_[static_cast<std::size_t>(v * projection_.width + u)].depth =
@@ -108,7 +115,7 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
   });
   timings_.image = watch.lap();
 
-  octree_ = SceneOctree(points_of(image), leaf_size);
+  octree_ = SceneOctree(points_of(image, jobs), leaf_size, jobs);
   timings_.octree = watch.lap();
 
   SupportPlaneOptions options;
@@ -169,25 +176,27 @@ void ObservedScene::estimate_normals(int jobs) {
 
 void ObservedScene::fill_pixels(int jobs) {
   leaf_of_pixel_.assign(pixels_.size(), -1);
-  parallel_chunks(static_cast<int>(pixels_.size()), 16 * kChunk, jobs,
-                  [&](int, int begin, int end) {
-                    for (int i = begin; i < end; ++i) {
-                      ScenePixel& pixel = pixels_[static_cast<std::size_t>(i)];
-                      if (!(pixel.depth > 0.0f)) continue;
-                      const int leaf = octree_.leaf_at(projection_.point(i, pixel.depth));
-                      leaf_of_pixel_[static_cast<std::size_t>(i)] = leaf;
-                      if (leaf < 0) continue;
-                      if (on_support(leaf)) {
-                        pixel.flags = ScenePixel::kSupport;
-                        continue;
-                      }
-                      const Eigen::Vector3f n = 127.0f * normal(leaf);
-                      pixel.nx = static_cast<std::int8_t>(std::lround(n.x()));
-                      pixel.ny = static_cast<std::int8_t>(std::lround(n.y()));
-                      pixel.nz = static_cast<std::int8_t>(std::lround(n.z()));
-                      if (normal_is_reliable(leaf)) pixel.flags = ScenePixel::kNormal;
-                    }
-                  });
+  parallel_chunks(projection_.height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
+    auto i = static_cast<std::size_t>(begin) * static_cast<std::size_t>(projection_.width);
+    for (int v = begin; v < end; ++v) {
+      for (int u = 0; u < projection_.width; ++u, ++i) {
+        ScenePixel& pixel = pixels_[i];
+        if (!(pixel.depth > 0.0f)) continue;
+        const int leaf = octree_.leaf_at(projection_.point(u, v, pixel.depth));
+        leaf_of_pixel_[i] = leaf;
+        if (leaf < 0) continue;
+        if (on_support(leaf)) {
+          pixel.flags = ScenePixel::kSupport;
+          continue;
+        }
+        const Eigen::Vector3f n = 127.0f * normal(leaf);
+        pixel.nx = rounded(n.x());
+        pixel.ny = rounded(n.y());
+        pixel.nz = rounded(n.z());
+        if (normal_is_reliable(leaf)) pixel.flags = ScenePixel::kNormal;
+      }
+    }
+  });
 }
 
 }  // namespace binpick

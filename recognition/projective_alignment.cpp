@@ -3,8 +3,6 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "recognition/correspondence.h"
-
 namespace binpick {
 namespace {
 
@@ -15,20 +13,8 @@ using Vector6f = Eigen::Matrix<float, 6, 1>;
 NormalEquations normal_equations(const ObservedScene& scene, const RecognitionModel& model,
                                  const Eigen::Isometry3f& T_camera_model, float epsilon,
                                  std::size_t count) {
-  NormalEquations equations;
-  const Eigen::Vector3f centre = T_camera_model * model.centre;
-  const float inverse_radius = 2.0f / model.diameter;
-  for_each_correspondence(scene, model, T_camera_model, epsilon, count,
-                          [&](const Correspondence& pair) {
-                            const Eigen::Vector3f arm = (pair.p_camera - centre) * inverse_radius;
-                            const Eigen::Vector3f turn = arm.cross(pair.normal);
-                            Vector6f row;
-                            row << turn.x(), turn.y(), turn.z(), pair.normal;
-                            equations.information.noalias() += row * row.transpose();
-                            equations.right += row * pair.normal.dot(pair.q_camera - pair.p_camera);
-                            ++equations.pairs;
-                          });
-  return equations;
+  static const PointKernels kernels = best_kernels();
+  return kernels.normal_equations(scene, model, T_camera_model, epsilon, count);
 }
 
 Eigen::Isometry3f move_along(const RecognitionModel& model, const Eigen::Isometry3f& T_camera_model,

@@ -4,17 +4,10 @@
 #include <cstddef>
 
 #include "recognition/observed_scene.h"
+#include "recognition/point_kernels.h"
 #include "recognition/recognition_model.h"
 
 namespace binpick {
-
-/// Normal equations of the point-to-plane distances for a small motion about the model's centre.
-/// Turns are measured in radii (half diameters), so that all six unknowns are lengths.
-struct NormalEquations {
-  Eigen::Matrix<float, 6, 6> information = Eigen::Matrix<float, 6, 6>::Zero();
-  Eigen::Matrix<float, 6, 1> right = Eigen::Matrix<float, 6, 1>::Zero();
-  int pairs = 0;
-};
 
 /// The equations over the first `count` test points; pairs farther apart than `epsilon` along the
 /// model's normal take no part.

@@ -19,6 +19,7 @@
 #include "recognition/observed_scene.h"
 #include "recognition/parallel_for.h"
 #include "recognition/pose_refinement.h"
+#include "recognition/shell_sampler.h"
 #include "recognition/stopwatch.h"
 
 namespace binpick {
@@ -114,9 +115,9 @@ class Run {
   std::vector<Hypothesis> generate_and_test(const std::vector<int>& sampled, int iterations,
                                             Seed seed, const Mu& mu, PairKind kind);
 
-  /// Lines 5-8: an oriented scene point pair (u, v), if the shell round p_u is not empty.
+  /// Lines 5-8: an oriented scene point pair (u, v), if the shell round p_u holds a wanted p_v.
   [[nodiscard]] std::optional<std::pair<OrientedPoint, OrientedPoint>> sample_pair(
-      const std::vector<int>& sampled, Random& random, std::vector<int>& shell,
+      const std::vector<int>& sampled, const ShellSampler& shell, Random& random,
       PairKind kind) const;
 
   [[nodiscard]] OrientedPoint oriented_point(int leaf) const {
@@ -136,28 +137,24 @@ class Run {
 };
 
 std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
-    const std::vector<int>& sampled, Random& random, std::vector<int>& shell, PairKind kind) const {
+    const std::vector<int>& sampled, const ShellSampler& shell, Random& random,
+    PairKind kind) const {
   // 3) sampling
   const int leaf_u = sampled[random.index(sampled.size())];  // line 5
-  const auto d = static_cast<float>(library_.pair_width());
-  const auto delta_d =
-      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size());
-  scene_.octree().shell(scene_.octree().point(leaf_u), d, delta_d, shell);  // line 6
-  std::erase_if(shell, [&](int leaf) {
-    return scene_.on_support(leaf) || (kind != PairKind::kAny && !scene_.normal_is_reliable(leaf));
-  });
-  if (shell.empty()) return std::nullopt;
+  // 4) normal estimation: done for all points of S* beforehand                  // line 8
   const OrientedPoint u = oriented_point(leaf_u);
+  std::optional<std::pair<OrientedPoint, OrientedPoint>> pair;
   // If this p_v makes no pair of the wanted kind, another may.
-  const int draws = kind == PairKind::kAny ? 1 : 4;
-  for (int i = 0; i < draws; ++i) {
-    const int leaf_v = shell[random.index(shell.size())];  // line 7
-    // 4) normal estimation: done for all points of S* beforehand                  // line 8
+  int draws = kind == PairKind::kAny ? 1 : 4;
+  shell.visit_in_random_order(leaf_u, random, [&](int leaf_v) {  // lines 6-7
+    if (scene_.on_support(leaf_v)) return false;
+    if (kind != PairKind::kAny && !scene_.normal_is_reliable(leaf_v)) return false;
     const OrientedPoint v = oriented_point(leaf_v);
     const bool is_flat = kind != PairKind::kAny && is_coplanar(pair_descriptor(u, v));
-    if (is_flat == (kind == PairKind::kFlat)) return std::pair{u, v};  // line 9
-  }
-  return std::nullopt;
+    if (is_flat == (kind == PairKind::kFlat)) pair.emplace(u, v);  // line 9
+    return pair.has_value() || --draws == 0;
+  });
+  return pair;
 }
 
 std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
@@ -167,14 +164,16 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
     int pairs = 0;
     int hypotheses = 0;
   };
+  const float d_tolerance =
+      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size());
+  const ShellSampler shell(scene_.octree(), static_cast<float>(library_.pair_width()), d_tolerance);
   std::vector<Chunk> chunks(
       static_cast<std::size_t>((iterations + kIterationsPerChunk - 1) / kIterationsPerChunk));
   parallel_chunks(iterations, kIterationsPerChunk, options_.jobs, [&](int c, int begin, int end) {
     Chunk& chunk = chunks[static_cast<std::size_t>(c)];
-    std::vector<int> shell;
     for (int i = begin; i < end; ++i) {  // line 4
       Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-      const auto pair = sample_pair(sampled, random, shell, kind);  // lines 5-9
+      const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
       if (!pair) continue;
       const auto F_wx = pair_frame(pair->first, pair->second);
       if (!F_wx) continue;

@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recognition/parallel_for.h"
+
 namespace binpick {
 namespace {
 
 constexpr float kFarthestCell = 1048576.0f;  // 2^20
+constexpr std::size_t kChunkPoints = 16384;
+constexpr int kPartitions = 16;
 
-std::size_t hash_of(const Eigen::Vector3i& coordinates) {
+std::uint64_t hash_of(const Eigen::Vector3i& coordinates) {
   const auto mix = [](int value, std::uint64_t factor) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(value)) * factor;
   };
@@ -17,111 +21,215 @@ std::size_t hash_of(const Eigen::Vector3i& coordinates) {
                        mix(coordinates.y(), 0xC2B2AE3D27D4EB4Fu) ^
                        mix(coordinates.z(), 0x165667B19E3779F9u);
   hash ^= hash >> 29;
-  return static_cast<std::size_t>(hash * 0xBF58476D1CE4E5B9u >> 20);
+  return hash * 0xBF58476D1CE4E5B9u >> 20;
 }
 
-int floor_to_brick(int cell) { return cell >> 3; }
+int round_down(float value) {
+  const int truncated = static_cast<int>(value);
+  return truncated - (value < static_cast<float>(truncated) ? 1 : 0);
+}
 
-std::size_t place_in_brick(const Eigen::Vector3i& cell) {
-  return static_cast<std::size_t>(((cell.z() & 7) << 6) | ((cell.y() & 7) << 3) | (cell.x() & 7));
+Eigen::Vector3i brick_of(const Eigen::Vector3i& cell) {
+  return {cell.x() >> 3, cell.y() >> 3, cell.z() >> 3};
+}
+
+Eigen::Vector3f centre_of(const Eigen::Vector3i& cell, float leaf_size) {
+  return leaf_size * (cell.cast<float>() + Eigen::Vector3f::Constant(0.5f));
 }
 
 }  // namespace
 
-SceneOctree::SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_size)
-    : leaf_size_(leaf_size), slots_(1024, -1) {
-  Eigen::Vector3i last_brick_coordinates = Eigen::Vector3i::Constant(1 << 30);
-  int last_brick = -1;
-  for (const Eigen::Vector3f& p : points) {
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() >= kFarthestCell * leaf_size_) continue;
-    const Eigen::Vector3i cell = cell_of(p);
-    const Eigen::Vector3i coordinates = cell.unaryExpr(&floor_to_brick);
-    if (coordinates != last_brick_coordinates) {
-      last_brick = find_or_add_brick(coordinates);
-      last_brick_coordinates = coordinates;
-    }
-    std::int32_t& leaf = bricks_[static_cast<std::size_t>(last_brick)].leaves[place_in_brick(cell)];
-    if (leaf < 0) {
-      leaf = static_cast<std::int32_t>(cells_.size());
-      cells_.push_back(cell);
-      moments_.emplace_back();
-    }
-    Moments& moments = moments_[static_cast<std::size_t>(leaf)];
-    const Eigen::Vector3f d =
-        p - leaf_size_ * (cell.cast<float>() + Eigen::Vector3f::Constant(0.5f));
-    moments.count += 1.0f;
-    moments.sum += d;
-    moments.squares += d * d.transpose();
-  }
-  number_leaves_by_brick();
-  centres_of_mass_.reserve(cells_.size());
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    centres_of_mass_.emplace_back(leaf_size_ *
-                                      (cells_[i].cast<float>() + Eigen::Vector3f::Constant(0.5f)) +
-                                  moments_[i].sum / moments_[i].count);
-  }
+/// Leaves as one chunk of the input fills them, in order of appearance; a leaf may appear again.
+struct SceneOctree::Chunk {
+  std::vector<Eigen::Vector3i> cells;
+  std::vector<Moments> moments;
+  std::vector<std::uint8_t> partitions;  // that the leaf's brick belongs to
+};
+
+/// A part of the bricks, chosen by hash: built by one thread from the chunks in their order.
+struct SceneOctree::Partition {
+  std::vector<Brick> bricks;
+  std::vector<Eigen::Vector3i> cells;
+  std::vector<Moments> moments;
+
+  Partition() = default;
+  Partition(const std::vector<Chunk>& chunks, int index);
+
+ private:
+  void number_leaves();
+};
+
+void SceneOctree::Moments::add(const Eigen::Vector3f& d) {
+  count += 1.0f;
+  sum += d;
+  squares[0] += d.x() * d.x();
+  squares[1] += d.x() * d.y();
+  squares[2] += d.x() * d.z();
+  squares[3] += d.y() * d.y();
+  squares[4] += d.y() * d.z();
+  squares[5] += d.z() * d.z();
 }
 
-Eigen::Vector3i SceneOctree::cell_of(const Eigen::Vector3f& p) const {
-  return (p / leaf_size_).array().floor().cast<int>();
+void SceneOctree::Moments::add(const Moments& other) {
+  count += other.count;
+  sum += other.sum;
+  for (std::size_t i = 0; i < squares.size(); ++i) squares[i] += other.squares[i];
 }
 
-int SceneOctree::find_brick(const Eigen::Vector3i& coordinates) const {
+int SceneOctree::BrickTable::find(const std::vector<Brick>& bricks,
+                                  const Eigen::Vector3i& coordinates) const {
   const std::size_t mask = slots_.size() - 1;
   for (std::size_t slot = hash_of(coordinates) & mask;; slot = (slot + 1) & mask) {
     const std::int32_t brick = slots_[slot];
-    if (brick < 0 || bricks_[static_cast<std::size_t>(brick)].coordinates == coordinates) {
+    if (brick < 0 || bricks[static_cast<std::size_t>(brick)].coordinates == coordinates) {
       return brick;
     }
   }
 }
 
-void SceneOctree::insert_slot(const Eigen::Vector3i& coordinates, int brick) {
-  const std::size_t mask = slots_.size() - 1;
-  std::size_t slot = hash_of(coordinates) & mask;
-  while (slots_[slot] >= 0) slot = (slot + 1) & mask;
-  slots_[slot] = brick;
-}
-
-int SceneOctree::find_or_add_brick(const Eigen::Vector3i& coordinates) {
-  const int found = find_brick(coordinates);
+int SceneOctree::BrickTable::find_or_add(std::vector<Brick>& bricks,
+                                         const Eigen::Vector3i& coordinates) {
+  const int found = find(bricks, coordinates);
   if (found >= 0) return found;
-  if (2 * (bricks_.size() + 1) > slots_.size()) {
-    slots_.assign(2 * slots_.size(), -1);
-    for (std::size_t i = 0; i < bricks_.size(); ++i) {
-      insert_slot(bricks_[i].coordinates, static_cast<int>(i));
-    }
+  bricks.emplace_back().coordinates = coordinates;
+  if (2 * bricks.size() > slots_.size()) {
+    rebuild(bricks);
+  } else {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = hash_of(coordinates) & mask;
+    while (slots_[slot] >= 0) slot = (slot + 1) & mask;
+    slots_[slot] = static_cast<std::int32_t>(bricks.size()) - 1;
   }
-  const int added = static_cast<int>(bricks_.size());
-  Brick& brick = bricks_.emplace_back();
-  brick.coordinates = coordinates;
-  brick.leaves.fill(-1);
-  insert_slot(coordinates, added);
-  return added;
+  return static_cast<int>(bricks.size()) - 1;
 }
 
-void SceneOctree::number_leaves_by_brick() {
-  std::vector<Eigen::Vector3i> cells;
-  std::vector<Moments> moments;
-  cells.reserve(cells_.size());
-  moments.reserve(moments_.size());
-  for (Brick& brick : bricks_) {
-    brick.first_leaf = static_cast<int>(cells.size());
-    for (std::int32_t& leaf : brick.leaves) {
-      if (leaf < 0) continue;
-      cells.push_back(cells_[static_cast<std::size_t>(leaf)]);
-      moments.push_back(moments_[static_cast<std::size_t>(leaf)]);
-      leaf = static_cast<std::int32_t>(cells.size()) - 1;
-    }
-    brick.end_leaf = static_cast<int>(cells.size());
+void SceneOctree::BrickTable::rebuild(const std::vector<Brick>& bricks) {
+  slots_.assign(std::bit_ceil(4 * bricks.size() + 1), -1);
+  const std::size_t mask = slots_.size() - 1;
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    std::size_t slot = hash_of(bricks[i].coordinates) & mask;
+    while (slots_[slot] >= 0) slot = (slot + 1) & mask;
+    slots_[slot] = static_cast<std::int32_t>(i);
   }
-  cells_ = std::move(cells);
-  moments_ = std::move(moments);
 }
 
-int SceneOctree::leaf_at_cell(const Eigen::Vector3i& cell) const {
-  const int brick = find_brick(cell.unaryExpr(&floor_to_brick));
-  return brick < 0 ? -1 : bricks_[static_cast<std::size_t>(brick)].leaves[place_in_brick(cell)];
+SceneOctree::Partition::Partition(const std::vector<Chunk>& chunks, int index) {
+  BrickTable table;
+  const auto for_each_leaf = [&](const auto& visit) {
+    for (const Chunk& chunk : chunks) {
+      for (std::size_t i = 0; i < chunk.cells.size(); ++i) {
+        if (chunk.partitions[i] == index) visit(chunk, i);
+      }
+    }
+  };
+  std::vector<std::int32_t> brick_of_entry;
+  for_each_leaf([&](const Chunk& chunk, std::size_t i) {
+    const Eigen::Vector3i& cell = chunk.cells[i];
+    const int brick = table.find_or_add(bricks, brick_of(cell));
+    brick_of_entry.push_back(brick);
+    bricks[static_cast<std::size_t>(brick)].full[static_cast<std::size_t>(cell.z() & 7)] |=
+        std::uint64_t{1} << (((cell.y() & 7) << 3) | (cell.x() & 7));
+  });
+  number_leaves();
+  std::size_t entry = 0;
+  for_each_leaf([&](const Chunk& chunk, std::size_t i) {
+    const Brick& brick = bricks[static_cast<std::size_t>(brick_of_entry[entry++])];
+    const auto leaf = static_cast<std::size_t>(brick.leaf(chunk.cells[i]));
+    cells[leaf] = chunk.cells[i];
+    moments[leaf].add(chunk.moments[i]);
+  });
+}
+
+void SceneOctree::Partition::number_leaves() {
+  int leaves = 0;
+  for (Brick& brick : bricks) {
+    brick.first_leaf = leaves;
+    int within = 0;
+    for (std::size_t z = 0; z < brick.full.size(); ++z) {
+      brick.before[z] = static_cast<std::uint16_t>(within);
+      within += std::popcount(brick.full[z]);
+    }
+    leaves += within;
+  }
+  cells.resize(static_cast<std::size_t>(leaves));
+  moments.resize(static_cast<std::size_t>(leaves));
+}
+
+SceneOctree::SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_size, int jobs)
+    : leaf_size_(leaf_size), inverse_leaf_size_(1.0f / leaf_size) {
+  std::vector<Chunk> chunks((points.size() + kChunkPoints - 1) / kChunkPoints);
+  parallel_for(static_cast<int>(chunks.size()), jobs, [&](int i) {
+    const std::size_t begin = static_cast<std::size_t>(i) * kChunkPoints;
+    chunks[static_cast<std::size_t>(i)] =
+        gather(points.data() + begin, std::min(kChunkPoints, points.size() - begin));
+  });
+  std::vector<Partition> partitions(kPartitions);
+  parallel_for(kPartitions, jobs,
+               [&](int i) { partitions[static_cast<std::size_t>(i)] = Partition(chunks, i); });
+  std::vector<int> first_brick = {0};
+  std::vector<int> first_leaf = {0};
+  for (const Partition& partition : partitions) {
+    first_brick.push_back(first_brick.back() + static_cast<int>(partition.bricks.size()));
+    first_leaf.push_back(first_leaf.back() + static_cast<int>(partition.cells.size()));
+  }
+  bricks_.resize(static_cast<std::size_t>(first_brick.back()));
+  cells_.resize(static_cast<std::size_t>(first_leaf.back()));
+  moments_.resize(cells_.size());
+  centres_of_mass_.resize(cells_.size());
+  parallel_for(kPartitions, jobs, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    append(partitions[index], first_brick[index], first_leaf[index]);
+  });
+  table_.rebuild(bricks_);
+}
+
+SceneOctree::Chunk SceneOctree::gather(const Eigen::Vector3f* points, std::size_t count) const {
+  // Most points fall into a leaf that was met a moment ago: a small cache finds it.
+  constexpr std::size_t kCached = 2048;
+  std::array<std::int32_t, kCached> cache;
+  cache.fill(-1);
+  Chunk chunk;
+  const float farthest = kFarthestCell * leaf_size_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3f& p = points[i];
+    // Written so that what is not a number fails.
+    if (!(std::abs(p.x()) < farthest && std::abs(p.y()) < farthest && std::abs(p.z()) < farthest)) {
+      continue;
+    }
+    const Eigen::Vector3i cell = cell_of(p);
+    std::int32_t& cached =
+        cache[static_cast<std::size_t>(cell.x() + 37 * cell.y() + 1013 * cell.z()) % kCached];
+    if (cached < 0 || chunk.cells[static_cast<std::size_t>(cached)] != cell) {
+      cached = static_cast<std::int32_t>(chunk.cells.size());
+      chunk.cells.push_back(cell);
+      chunk.moments.emplace_back();
+      chunk.partitions.push_back(
+          static_cast<std::uint8_t>((hash_of(brick_of(cell)) >> 32) % kPartitions));
+    }
+    chunk.moments[static_cast<std::size_t>(cached)].add(p - centre_of(cell, leaf_size_));
+  }
+  return chunk;
+}
+
+void SceneOctree::append(const Partition& partition, int first_brick, int first_leaf) {
+  auto brick = bricks_.begin() + first_brick;
+  for (const Brick& own : partition.bricks) {
+    *brick = own;
+    brick->first_leaf += first_leaf;
+    ++brick;
+  }
+  auto leaf = static_cast<std::size_t>(first_leaf);
+  for (std::size_t i = 0; i < partition.cells.size(); ++i, ++leaf) {
+    cells_[leaf] = partition.cells[i];
+    moments_[leaf] = partition.moments[i];
+    centres_of_mass_[leaf] =
+        centre_of(cells_[leaf], leaf_size_) + moments_[leaf].sum / moments_[leaf].count;
+  }
+}
+
+Eigen::Vector3i SceneOctree::cell_of(const Eigen::Vector3f& p) const {
+  return {round_down(p.x() * inverse_leaf_size_), round_down(p.y() * inverse_leaf_size_),
+          round_down(p.z() * inverse_leaf_size_)};
 }
 
 int SceneOctree::leaf_at(const Eigen::Vector3f& p) const {
@@ -132,16 +240,24 @@ int SceneOctree::leaf_at(const Eigen::Vector3f& p) const {
 template <class Visit>
 void SceneOctree::for_each_neighbour(int leaf, const Visit& visit) const {
   const Eigen::Vector3i cell = cells_[static_cast<std::size_t>(leaf)];
-  const Eigen::Vector3i own = cell.unaryExpr(&floor_to_brick);
-  const int own_brick = find_brick(own);
+  // The neighbourhood touches two bricks per axis at most.
+  const Eigen::Vector3i low = brick_of(cell - Eigen::Vector3i::Ones());
+  const Eigen::Vector3i high = brick_of(cell + Eigen::Vector3i::Ones());
+  std::array<int, 8> bricks;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3i side(i & 1, i >> 1 & 1, i >> 2);
+    const bool same_as_lower = ((side.array() == 1) && (low.array() == high.array())).any();
+    bricks[static_cast<std::size_t>(i)] = same_as_lower ? -1 : find_brick(low + side);
+  }
   for (int dz = -1; dz <= 1; ++dz) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
         const Eigen::Vector3i other = cell + Eigen::Vector3i(dx, dy, dz);
-        const Eigen::Vector3i coordinates = other.unaryExpr(&floor_to_brick);
-        const int brick = coordinates == own ? own_brick : find_brick(coordinates);
+        const Eigen::Vector3i side = brick_of(other) - low;
+        const int brick =
+            bricks[static_cast<std::size_t>(side.x() | side.y() << 1 | side.z() << 2)];
         if (brick < 0) continue;
-        const int found = bricks_[static_cast<std::size_t>(brick)].leaves[place_in_brick(other)];
+        const int found = bricks_[static_cast<std::size_t>(brick)].leaf(other);
         if (found >= 0) visit(found, Eigen::Vector3i(dx, dy, dz));
       }
     }
@@ -154,51 +270,29 @@ std::vector<int> SceneOctree::neighbours(int leaf) const {
   return found;
 }
 
-void SceneOctree::shell(const Eigen::Vector3f& centre, float radius, float tolerance,
-                        std::vector<int>& leaves) const {
-  leaves.clear();
-  const float inner = std::max(radius - tolerance, 0.0f);
-  const float outer = radius + tolerance;
-  const float brick_size = leaf_size_ * kBrickSide;
-  const Eigen::Vector3i low = ((centre.array() - outer) / brick_size).floor().cast<int>();
-  const Eigen::Vector3i high = ((centre.array() + outer) / brick_size).floor().cast<int>();
-  for (int z = low.z(); z <= high.z(); ++z) {
-    for (int y = low.y(); y <= high.y(); ++y) {
-      for (int x = low.x(); x <= high.x(); ++x) {
-        const Eigen::Vector3f corner = brick_size * Eigen::Vector3f(float(x), float(y), float(z));
-        const Eigen::Array3f below = corner.array() - centre.array();
-        const Eigen::Array3f above = below + brick_size;
-        const float nearest = below.max(-above).max(0.0f).matrix().squaredNorm();
-        const float farthest = below.abs().max(above.abs()).matrix().squaredNorm();
-        if (nearest > outer * outer || farthest < inner * inner) continue;
-        const int index = find_brick({x, y, z});
-        if (index < 0) continue;
-        const Brick& brick = bricks_[static_cast<std::size_t>(index)];
-        for (int leaf = brick.first_leaf; leaf < brick.end_leaf; ++leaf) {
-          const float squared = (point(leaf) - centre).squaredNorm();
-          if (squared >= inner * inner && squared <= outer * outer) leaves.push_back(leaf);
-        }
-      }
-    }
-  }
-}
-
 LocalPlane SceneOctree::plane_at(int leaf) const {
   float count = 0.0f;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
   for_each_neighbour(leaf, [&](int other, const Eigen::Vector3i& step) {
-    const Moments& moments = moments_[static_cast<std::size_t>(other)];
+    const Moments& m = moments_[static_cast<std::size_t>(other)];
     const Eigen::Vector3f shift = leaf_size_ * step.cast<float>();
-    count += moments.count;
-    sum += moments.sum + moments.count * shift;
-    squares += moments.squares + moments.sum * shift.transpose() + shift * moments.sum.transpose() +
-               moments.count * shift * shift.transpose();
+    const Eigen::Vector3f moved = m.sum + m.count * shift;
+    count += m.count;
+    sum += moved;
+    // About the centre of `leaf`: squares + sum shift' + shift sum' + count shift shift'.
+    squares(0, 0) += m.squares[0] + (m.sum.x() + moved.x()) * shift.x();
+    squares(0, 1) += m.squares[1] + m.sum.x() * shift.y() + shift.x() * moved.y();
+    squares(0, 2) += m.squares[2] + m.sum.x() * shift.z() + shift.x() * moved.z();
+    squares(1, 1) += m.squares[3] + (m.sum.y() + moved.y()) * shift.y();
+    squares(1, 2) += m.squares[4] + m.sum.y() * shift.z() + shift.y() * moved.z();
+    squares(2, 2) += m.squares[5] + (m.sum.z() + moved.z()) * shift.z();
   });
   LocalPlane plane;
   plane.points = static_cast<int>(count);
   const Eigen::Vector3f mean = sum / count;
-  const Eigen::Matrix3f covariance = squares / count - mean * mean.transpose();
+  Eigen::Matrix3f covariance =
+      (squares.selfadjointView<Eigen::Upper>().toDenseMatrix() / count) - mean * mean.transpose();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance.cast<double>() / (leaf_size_ * leaf_size_));
   plane.normal = solver.eigenvectors().col(0).normalized().cast<float>();

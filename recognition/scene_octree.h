@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -20,12 +21,13 @@ struct LocalPlane {
 /// coordinates differ by no more than 1.
 ///
 /// The tree has two levels instead of log2(extent / leaf) ones: bricks of 8 x 8 x 8 leaves, found
-/// by hashing. A query meets the same leaves as in a binary octree, at a constant cost per brick.
-/// Leaves of one brick are consecutive. Immutable, thread-safe.
+/// by hashing, one bit per leaf. A query meets the same leaves as in a binary octree, each in
+/// constant time. Leaves of one brick are consecutive. Immutable, thread-safe.
 class SceneOctree {
  public:
-  /// O(points). Points that are not finite or farther than 2^20 leaves from the origin are ignored.
-  SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_size);
+  /// Points that are not finite or farther than 2^20 leaves from the origin are ignored. O(points),
+  /// on up to `jobs` threads; the result is the same for any number.
+  SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_size, int jobs = 1);
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(centres_of_mass_.size()); }
   [[nodiscard]] float leaf_size() const noexcept { return leaf_size_; }
@@ -37,51 +39,82 @@ class SceneOctree {
   [[nodiscard]] const Eigen::Vector3f& point(int leaf) const {
     return centres_of_mass_[static_cast<std::size_t>(leaf)];
   }
+  /// The integer coordinates of a leaf.
+  [[nodiscard]] const Eigen::Vector3i& cell(int leaf) const {
+    return cells_[static_cast<std::size_t>(leaf)];
+  }
 
   /// The full leaf that contains `p`, or -1. Constant time.
   [[nodiscard]] int leaf_at(const Eigen::Vector3f& p) const;
 
+  /// The full leaf with these coordinates, or -1. Constant time.
+  [[nodiscard]] int leaf_at_cell(const Eigen::Vector3i& cell) const {
+    const int brick = find_brick({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3});
+    return brick < 0 ? -1 : bricks_[static_cast<std::size_t>(brick)].leaf(cell);
+  }
+
   /// The full leaves next to `leaf`, itself included.
   [[nodiscard]] std::vector<int> neighbours(int leaf) const;
-
-  /// Replaces `leaves` by those whose point is no closer to `centre` than radius - tolerance and no
-  /// farther than radius + tolerance: L of Algorithm 1, line 6. O(bricks that meet the shell).
-  void shell(const Eigen::Vector3f& centre, float radius, float tolerance,
-             std::vector<int>& leaves) const;
 
   /// The plane through all input points in `leaf` and its neighbours.
   [[nodiscard]] LocalPlane plane_at(int leaf) const;
 
  private:
-  static constexpr int kBrickSide = 8;
-  static constexpr int kBrickCells = kBrickSide * kBrickSide * kBrickSide;
-
   /// Moments of the points of a leaf about the centre of its cell.
   struct Moments {
     float count = 0.0f;
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
+    std::array<float, 6> squares = {};  // xx, xy, xz, yy, yz, zz
+
+    void add(const Eigen::Vector3f& d);
+    void add(const Moments& other);
   };
+
+  /// Which of 8 x 8 x 8 leaves are full.
   struct Brick {
     Eigen::Vector3i coordinates;
     int first_leaf = 0;
-    int end_leaf = 0;
-    std::array<std::int32_t, kBrickCells> leaves;
+    std::array<std::uint64_t, 8> full = {};    // by z; bits by y, x
+    std::array<std::uint16_t, 8> before = {};  // full leaves of lower z
+
+    [[nodiscard]] int leaf(const Eigen::Vector3i& cell) const {
+      const auto layer = static_cast<std::size_t>(cell.z() & 7);
+      const int bit = ((cell.y() & 7) << 3) | (cell.x() & 7);
+      if ((full[layer] >> bit & 1u) == 0) return -1;
+      const std::uint64_t earlier = full[layer] & ((std::uint64_t{1} << bit) - 1);
+      return first_leaf + before[layer] + std::popcount(earlier);
+    }
   };
 
+  /// Bricks by open addressing over their coordinates.
+  class BrickTable {
+   public:
+    [[nodiscard]] int find(const std::vector<Brick>& bricks,
+                           const Eigen::Vector3i& coordinates) const;
+    int find_or_add(std::vector<Brick>& bricks, const Eigen::Vector3i& coordinates);
+    void rebuild(const std::vector<Brick>& bricks);
+
+   private:
+    std::vector<std::int32_t> slots_ = std::vector<std::int32_t>(256, -1);
+  };
+
+  struct Chunk;
+  struct Partition;
+
   [[nodiscard]] Eigen::Vector3i cell_of(const Eigen::Vector3f& p) const;
-  [[nodiscard]] int find_brick(const Eigen::Vector3i& coordinates) const;
-  int find_or_add_brick(const Eigen::Vector3i& coordinates);
-  void insert_slot(const Eigen::Vector3i& coordinates, int brick);
-  [[nodiscard]] int leaf_at_cell(const Eigen::Vector3i& cell) const;
-  void number_leaves_by_brick();
+  [[nodiscard]] Chunk gather(const Eigen::Vector3f* points, std::size_t count) const;
+  void append(const Partition& partition, int first_brick, int first_leaf);
+  [[nodiscard]] int find_brick(const Eigen::Vector3i& coordinates) const {
+    return table_.find(bricks_, coordinates);
+  }
 
   template <class Visit>
   void for_each_neighbour(int leaf, const Visit& visit) const;
 
   float leaf_size_;
+  float inverse_leaf_size_;
   std::vector<Brick> bricks_;
-  std::vector<std::int32_t> slots_;  // open addressing over brick coordinates, -1 when free
+  BrickTable table_;
   std::vector<Eigen::Vector3i> cells_;
   std::vector<Moments> moments_;
   std::vector<Eigen::Vector3f> centres_of_mass_;

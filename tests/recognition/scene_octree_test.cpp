@@ -69,33 +69,14 @@ TEST(SceneOctree, NeighboursDifferByAtMostOneInEveryCoordinate) {
   }
 }
 
-TEST(SceneOctree, ShellQueryMatchesBruteForce) {
-  const SceneOctree octree(random_points(8000, 3), kLeaf);
-  Random random(4);
-  std::vector<int> found;
-  for (int i = 0; i < 50; ++i) {
-    const Eigen::Vector3f centre =
-        octree.point(static_cast<int>(random.index(static_cast<std::uint64_t>(octree.size()))));
-    const auto radius = static_cast<float>(random.uniform(0.0, 0.2));
-    const auto tolerance = static_cast<float>(random.uniform(0.001, 0.01));
-    std::vector<int> expected;
-    for (int leaf = 0; leaf < octree.size(); ++leaf) {
-      const float distance = (octree.point(leaf) - centre).norm();
-      if (distance >= radius - tolerance && distance <= radius + tolerance) {
-        expected.push_back(leaf);
-      }
-    }
-    octree.shell(centre, radius, tolerance, found);
-    std::sort(found.begin(), found.end());
-    // A point within rounding of the shell's edge may fall on either side.
-    std::vector<int> difference;
-    std::set_symmetric_difference(found.begin(), found.end(), expected.begin(), expected.end(),
-                                  std::back_inserter(difference));
-    for (const int leaf : difference) {
-      const float distance = (octree.point(leaf) - centre).norm();
-      EXPECT_LT(std::min(std::abs(distance - radius - tolerance),
-                         std::abs(distance - radius + tolerance)),
-                1e-6f);
+TEST(SceneOctree, DoesNotDependOnTheNumberOfThreads) {
+  const std::vector<Eigen::Vector3f> points = random_points(60000, 6);
+  const SceneOctree one(points, kLeaf, 1);
+  for (const int jobs : {2, 5}) {
+    const SceneOctree many(points, kLeaf, jobs);
+    ASSERT_EQ(many.points(), one.points());
+    for (int leaf = 0; leaf < one.size(); leaf += 97) {
+      EXPECT_EQ(many.plane_at(leaf).normal, one.plane_at(leaf).normal);
     }
   }
 }
@@ -125,9 +106,6 @@ TEST(SceneOctree, IgnoresWhatIsNoPoint) {
   const SceneOctree octree({{nan, 0.0f, 1.0f}, {infinity, 0.0f, 0.0f}, {1e30f, 0.0f, 0.0f}}, kLeaf);
   EXPECT_EQ(octree.size(), 0);
   EXPECT_EQ(octree.leaf_at({nan, 0.0f, 0.0f}), -1);
-  std::vector<int> found = {1, 2, 3};
-  octree.shell({0.0f, 0.0f, 0.0f}, 0.1f, 0.01f, found);
-  EXPECT_TRUE(found.empty());
 }
 
 }  // namespace
