@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "recognition/conflict_graph.h"
 #include "recognition/parallel_for.h"
 #include "recognition/pose_refinement.h"
 #include "recognition/projective_alignment.h"
@@ -11,18 +10,19 @@
 namespace binpick {
 namespace {
 
-constexpr double kHopelessBadness = 0.4;   // no sliding helps
-constexpr double kToleratedOverlap = 0.2;  // of the smaller explained set
+constexpr double kHopelessLogOdds = -8.0;  // no sliding helps
 
 }  // namespace
 
 CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& scene,
-                             double visibility, int jobs)
-    : library_(library), scene_(scene), facing_visibility_(1.2 * visibility), jobs_(jobs) {
-  for (const RecognitionModel& model : library.models()) {
-    tolerances_.push_back(tolerances_for(model, scene.noise()));
-  }
-}
+                             const AcceptanceModel& acceptance, double visibility, int jobs)
+    : library_(library),
+      scene_(scene),
+      acceptance_(acceptance),
+      sensor_(estimate_sensor(scene)),
+      facing_visibility_(1.2 * visibility),
+      jobs_(jobs),
+      dilation_(estimate_dilation({}, acceptance)) {}
 
 void CandidatePool::add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide) {
   const std::vector<Hypothesis> fresh =
@@ -32,75 +32,82 @@ void CandidatePool::add(std::vector<Hypothesis> hypotheses, int most_per_model, 
   verify(fresh, slide);
 }
 
-void CandidatePool::slide_to_silhouette(DepthRasterizer& rasterizer, Candidate& candidate) const {
+double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
+  return acceptance_.log_odds(acceptance_features(evidence, dilation_));
+}
+
+void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {
+  const std::size_t first = candidates_.size();
+  candidates_.resize(first + hypotheses.size());
+  parallel_chunks(static_cast<int>(hypotheses.size()), 4, jobs_, [&](int, int begin, int end) {
+    EvidenceGatherer gatherer(scene_, sensor_);
+    for (int i = begin; i < end; ++i) {
+      const Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
+      const RecognitionModel& model = library_.models()[static_cast<std::size_t>(hypothesis.model)];
+      Candidate& candidate = candidates_[first + static_cast<std::size_t>(i)];
+      candidate.model = hypothesis.model;
+      candidate.T_camera_model = hypothesis.T_camera_model;
+      candidate.evidence = gatherer.gather(model, candidate.T_camera_model);
+      if (slide && log_odds(candidate.evidence) > kHopelessLogOdds) {
+        slide_to_silhouette(gatherer, candidate);
+      }
+    }
+  });
+}
+
+void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate) const {
   constexpr std::array<float, 4> kSteps = {0.04f, 0.02f, 0.01f, 0.005f};  // of the diameter
-  const auto index = static_cast<std::size_t>(candidate.model);
-  const RecognitionModel& model = library_.models()[index];
-  const float epsilon = tolerances_[index].fine;
-  const OpenDirections open =
-      open_directions(scene_, model, candidate.T_camera_model, 1.5f * epsilon);
+  const RecognitionModel& model = library_.models()[static_cast<std::size_t>(candidate.model)];
+  const OpenDirections open = open_directions(scene_, model, candidate.T_camera_model,
+                                              1.5f * tolerances_for(model, scene_.noise()).fine);
+  double best = log_odds(candidate.evidence);
   for (const float step : kSteps) {
     for (int i = 0; i < open.count; ++i) {
       for (const float sign : {-1.0f, 1.0f}) {
         const Eigen::Isometry3f T = move_along(model, candidate.T_camera_model, open.motions.col(i),
                                                sign * step * model.diameter);
-        RenderComparison comparison = compare_by_rendering(rasterizer, scene_, model, T, epsilon);
-        if (comparison.quality() <= candidate.comparison.quality()) continue;
-        candidate.comparison = std::move(comparison);
+        const HypothesisEvidence evidence = gatherer.gather(model, T);
+        const double moved = log_odds(evidence);
+        if (moved <= best) continue;
+        best = moved;
+        candidate.evidence = evidence;
         candidate.T_camera_model = T;
       }
     }
   }
 }
 
-std::vector<Candidate> CandidatePool::slide(const std::vector<const Candidate*>& selected) const {
-  std::vector<Candidate> moved;
-  for (const Candidate* candidate : selected) moved.push_back(*candidate);
-  parallel_for(static_cast<int>(moved.size()), jobs_, [&](int i) {
-    DepthRasterizer rasterizer;
-    slide_to_silhouette(rasterizer, moved[static_cast<std::size_t>(i)]);
-  });
-  return moved;
+const std::vector<SelectedCandidate>& CandidatePool::select() {
+  DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_);
+  selected_ = selection.select();
+  decided_ = selection.decided_features();
+  dilation_ = selection.dilation();
+  return selected_;
 }
 
-void CandidatePool::verify(std::vector<Hypothesis> hypotheses, bool slide) {
-  std::vector<Candidate> compared(hypotheses.size());
-  parallel_chunks(static_cast<int>(hypotheses.size()), 4, jobs_, [&](int, int begin, int end) {
-    DepthRasterizer rasterizer;
-    for (int i = begin; i < end; ++i) {
-      const Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
-      Candidate& candidate = compared[static_cast<std::size_t>(i)];
-      const auto index = static_cast<std::size_t>(hypothesis.model);
-      candidate.model = hypothesis.model;
-      candidate.T_camera_model = hypothesis.T_camera_model;
-      candidate.comparison =
-          compare_by_rendering(rasterizer, scene_, library_.models()[index],
-                               hypothesis.T_camera_model, tolerances_[index].fine);
-      if (slide && candidate.comparison.matched_share() > facing_visibility_ &&
-          candidate.comparison.badness() < kHopelessBadness) {
-        slide_to_silhouette(rasterizer, candidate);
-      }
-    }
-  });
-  verified_ += static_cast<int>(hypotheses.size());
-  for (Candidate& candidate : compared) {
-    if (candidate.comparison.accepts(facing_visibility_)) {
-      candidates_.push_back(std::move(candidate));
-    }
-  }
+int CandidatePool::accepted() const {
+  return static_cast<int>(
+      std::count_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
+        return probability(log_odds(candidate.evidence)) >= acceptance_.least_probability;
+      }));
 }
 
-std::vector<const Candidate*> CandidatePool::select() const {
-  std::vector<ExplainedSet> sets;
-  for (const Candidate& candidate : candidates_) {
-    const RenderComparison& comparison = candidate.comparison;
-    sets.push_back({comparison.explained, comparison.quality()});
+void CandidatePool::slide_selected() {
+  parallel_for(static_cast<int>(selected_.size()), jobs_, [&](int i) {
+    EvidenceGatherer gatherer(scene_, sensor_);
+    slide_to_silhouette(gatherer, candidates_[selected_[static_cast<std::size_t>(i)].candidate]);
+  });
+}
+
+std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& pixels) {
+  std::vector<int> leaves;
+  for (const int pixel : pixels) {
+    const int leaf = scene.leaf_of_pixel(pixel);
+    if (leaf >= 0) leaves.push_back(leaf);
   }
-  std::vector<const Candidate*> selected;
-  for (const int node : ConflictGraph(std::move(sets), kToleratedOverlap).select_greedily()) {
-    selected.push_back(&candidates_[static_cast<std::size_t>(node)]);
-  }
-  return selected;
+  std::sort(leaves.begin(), leaves.end());
+  leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+  return leaves;
 }
 
 }  // namespace binpick

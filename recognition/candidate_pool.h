@@ -3,55 +3,68 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "recognition/acceptance_model.h"
+#include "recognition/detection_selection.h"
 #include "recognition/hypothesis.h"
 #include "recognition/hypothesis_clusters.h"
 #include "recognition/model_library.h"
 #include "recognition/observed_scene.h"
-#include "recognition/render_verification.h"
+#include "recognition/sensor_estimate.h"
 
 namespace binpick {
 
-/// A hypothesis that stood the comparison with the scene.
-struct Candidate {
-  int model = 0;
-  Eigen::Isometry3f T_camera_model = Eigen::Isometry3f::Identity();
-  RenderComparison comparison;
-};
-
 /// From many hypotheses to few detections, for the default setting: clusters what was generated,
-/// aligns the best of each cluster, verifies it by rendering, and picks a consistent set.
+/// aligns the best of each cluster, compares it with the scene by rendering, and picks a consistent
+/// set.
 class CandidatePool {
  public:
-  CandidatePool(const ModelLibrary& library, const ObservedScene& scene, double visibility,
-                int jobs);
+  CandidatePool(const ModelLibrary& library, const ObservedScene& scene,
+                const AcceptanceModel& acceptance, double visibility, int jobs);
 
   /// Takes the hypotheses of one sampling round; at most `most_per_model` clusters are looked at.
   /// `slide` also searches along the directions that a flat face leaves open: for hypotheses from
   /// coplanar pairs.
   void add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide);
 
-  /// Moves candidates along directions that their points leave open to where the silhouette fits
-  /// best.
-  [[nodiscard]] std::vector<Candidate> slide(const std::vector<const Candidate*>& selected) const;
+  /// Picks the consistent set among all candidates so far, best first.
+  const std::vector<SelectedCandidate>& select();
 
-  /// The best set of candidates that do not claim the same points of S*, best first.
-  [[nodiscard]] std::vector<const Candidate*> select() const;
+  /// Moves the selected candidates along directions that their points leave open to where the
+  /// silhouette fits best.
+  void slide_selected();
 
-  [[nodiscard]] int verified() const noexcept { return verified_; }
-  [[nodiscard]] int accepted() const noexcept { return static_cast<int>(candidates_.size()); }
+  [[nodiscard]] const std::vector<SelectedCandidate>& selected() const noexcept {
+    return selected_;
+  }
+  [[nodiscard]] const std::vector<Candidate>& candidates() const noexcept { return candidates_; }
+  /// Of each candidate: the features on which the last selection decided.
+  [[nodiscard]] const std::vector<FeatureVector>& decided_features() const noexcept {
+    return decided_;
+  }
+  /// How many candidates would stand alone.
+  [[nodiscard]] int accepted() const;
+  [[nodiscard]] const SensorEstimate& sensor() const noexcept { return sensor_; }
 
  private:
-  void verify(std::vector<Hypothesis> hypotheses, bool slide);
-  void slide_to_silhouette(DepthRasterizer& rasterizer, Candidate& candidate) const;
+  void verify(const std::vector<Hypothesis>& hypotheses, bool slide);
+  [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
+  void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate) const;
 
   const ModelLibrary& library_;
   const ObservedScene& scene_;
+  const AcceptanceModel& acceptance_;
+  SensorEstimate sensor_;
   double facing_visibility_;
   int jobs_;
-  int verified_ = 0;
-  std::vector<ModelTolerances> tolerances_;
+  double dilation_ = 0.0;
   std::vector<Hypothesis> tried_;  // aligned poses that were compared before
   std::vector<Candidate> candidates_;
+  std::vector<SelectedCandidate> selected_;
+  std::vector<FeatureVector> decided_;
 };
+
+/// The leaves of S* in which pixels of the working resolution lie, ascending, each once.
+[[nodiscard]] std::vector<int> leaves_of(const ObservedScene& scene,
+                                         const std::vector<int>& pixels);
 
 }  // namespace binpick

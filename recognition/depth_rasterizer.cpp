@@ -1,86 +1,128 @@
 #include "recognition/depth_rasterizer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace binpick {
 namespace {
 
 constexpr float kNearest = 0.01f;  // triangles that come closer to the sensor are not drawn, m
+// Pixel centres this close to an edge belong to both of its triangles, so that rounding opens no
+// crack between them.
+constexpr float kEdgeSlack = 1e-4f;
 
-/// Twice the signed area of (a, b, c) in the image.
-float doubled_area(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
+/// A side of a triangle, by the half of each row of pixels that lies within it.
+struct Edge {
+  float slope = 0.0f;  // du / dv
+  float u = 0.0f, v = 0.0f;
+  enum { kLevel, kLeft, kRight } side = kLevel;
 
-void draw(RenderedModel& window, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-          const Eigen::Vector3f& c, std::int32_t triangle) {
-  const float area = doubled_area(a, b, c);
-  // Corners that run counter-clockwise for a viewer outside give a negative area here: v points
-  // down.
-  if (!(area < 0.0f)) return;
-  const auto low = [](float x, float y, float z) {
-    return static_cast<int>(std::ceil(std::min({x, y, z})));
-  };
-  const auto high = [](float x, float y, float z) {
-    return static_cast<int>(std::floor(std::max({x, y, z})));
-  };
-  const int first_u = std::max(low(a.x(), b.x(), c.x()), window.u0);
-  const int last_u = std::min(high(a.x(), b.x(), c.x()), window.u0 + window.width - 1);
-  const int first_v = std::max(low(a.y(), b.y(), c.y()), window.v0);
-  const int last_v = std::min(high(a.y(), b.y(), c.y()), window.v0 + window.height - 1);
-  const float inverse_area = 1.0f / area;
+  /// From `a` to `b`; the inside lies where (b - a) x (p - a) is negative.
+  Edge(const Eigen::Vector3f& a, const Eigen::Vector3f& b) : u(a.x()), v(a.y()) {
+    const float rise = b.y() - a.y();
+    if (rise == 0.0f) return;  // the rows between the corners bound the triangle there
+    slope = (b.x() - a.x()) / rise;
+    side = rise < 0.0f ? kRight : kLeft;
+  }
+};
+
+}  // namespace
+
+void DepthRasterizer::draw(const std::array<std::int32_t, 3>& corners, std::int32_t triangle) {
+  const Eigen::Vector3f& a = projected_[static_cast<std::size_t>(corners[0])];
+  const Eigen::Vector3f& b = projected_[static_cast<std::size_t>(corners[1])];
+  const Eigen::Vector3f& c = projected_[static_cast<std::size_t>(corners[2])];
+  if (!(a.z() > 0.0f && b.z() > 0.0f && c.z() > 0.0f)) return;
+  // Corners that run counter-clockwise for a viewer outside give a negative area: v points down.
+  const Eigen::Vector3f ab = b - a;
+  const Eigen::Vector3f ac = c - a;
+  const float doubled_area = ab.x() * ac.y() - ab.y() * ac.x();
+  if (!(doubled_area < 0.0f)) return;
+  const int first_v = std::max(
+      static_cast<int>(std::ceil(std::min({a.y(), b.y(), c.y()}) - kEdgeSlack)), rendered_.v0);
+  const int last_v =
+      std::min(static_cast<int>(std::floor(std::max({a.y(), b.y(), c.y()}) + kEdgeSlack)),
+               rendered_.v0 + rendered_.height - 1);
+  if (first_v > last_v) return;
+  const float low_u = std::min({a.x(), b.x(), c.x()}) - kEdgeSlack;
+  const float high_u = std::max({a.x(), b.x(), c.x()}) + kEdgeSlack;
+  if (std::ceil(low_u) > std::floor(high_u)) return;
+  // 1 / z is linear in the image.
+  const float inverse_area = 1.0f / doubled_area;
+  const float by_u = (ab.z() * ac.y() - ac.z() * ab.y()) * inverse_area;
+  const float by_v = (ac.z() * ab.x() - ab.z() * ac.x()) * inverse_area;
+  const std::array<Edge, 3> edges = {Edge(a, b), Edge(b, c), Edge(c, a)};
   for (int v = first_v; v <= last_v; ++v) {
-    for (int u = first_u; u <= last_u; ++u) {
-      const Eigen::Vector3f p(static_cast<float>(u), static_cast<float>(v), 0.0f);
-      const float wa = doubled_area(b, c, p) * inverse_area;
-      const float wb = doubled_area(c, a, p) * inverse_area;
-      const float wc = 1.0f - wa - wb;
-      if (wa < 0.0f || wb < 0.0f || wc < 0.0f) continue;
-      // 1 / z is linear in the image.
-      const float z = 1.0f / (wa * a.z() + wb * b.z() + wc * c.z());
-      const std::size_t index = window.index(u - window.u0, v - window.v0);
-      if (window.depth[index] > 0.0f && window.depth[index] <= z) continue;
-      window.depth[index] = z;
-      window.triangle[index] = triangle;
+    const auto row = static_cast<float>(v);
+    float left = std::max(low_u, static_cast<float>(rendered_.u0));
+    float right = std::min(high_u, static_cast<float>(rendered_.u0 + rendered_.width - 1));
+    for (const Edge& edge : edges) {
+      const float u = edge.u + edge.slope * (row - edge.v);
+      if (edge.side == Edge::kLeft) left = std::max(left, u - kEdgeSlack);
+      if (edge.side == Edge::kRight) right = std::min(right, u + kEdgeSlack);
+    }
+    if (!(left <= right)) continue;
+    const int begin = static_cast<int>(std::ceil(left));
+    const int end = static_cast<int>(std::floor(right)) + 1;
+    const float at_row = a.z() + by_v * (row - a.y()) - by_u * a.x();
+    const std::size_t offset = rendered_.index(-rendered_.u0, v - rendered_.v0);
+    for (int u = begin; u < end; ++u) {
+      const std::size_t index = offset + static_cast<std::size_t>(u);
+      const float inverse = at_row + by_u * static_cast<float>(u);
+      if (inverse <= inverse_depth_[index]) continue;
+      inverse_depth_[index] = inverse;
+      rendered_.triangle[index] = triangle;
     }
   }
 }
 
-}  // namespace
-
-const RenderedModel& DepthRasterizer::render(const RenderMesh& mesh,
-                                             const Eigen::Isometry3f& T_camera_model,
-                                             const Projection& projection) {
-  projected_.clear();
-  Eigen::AlignedBox2f box;
-  for (const Eigen::Vector3f& vertex : mesh.vertices) {
-    const Eigen::Vector3f p = T_camera_model * vertex;
+void DepthRasterizer::project(const RenderMesh& mesh, const Eigen::Isometry3f& T_camera_model,
+                              const Projection& projection) {
+  const Eigen::Matrix3f R = T_camera_model.linear();
+  const Eigen::Vector3f t = T_camera_model.translation();
+  projected_.resize(mesh.vertices.size());
+  Eigen::Vector2f low = Eigen::Vector2f::Constant(1e9f);
+  Eigen::Vector2f high = -low;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Eigen::Vector3f p = R * mesh.vertices[i] + t;
     const float inverse = p.z() > kNearest ? 1.0f / p.z() : 0.0f;
-    projected_.emplace_back(projection.fx * p.x() * inverse + projection.cx,
-                            projection.fy * p.y() * inverse + projection.cy, inverse);
-    if (inverse > 0.0f) box.extend(projected_.back().head<2>());
+    projected_[i] = {projection.fx * p.x() * inverse + projection.cx,
+                     projection.fy * p.y() * inverse + projection.cy, inverse};
+    if (!(inverse > 0.0f)) continue;
+    low = low.cwiseMin(projected_[i].head<2>());
+    high = high.cwiseMax(projected_[i].head<2>());
   }
   const auto bound = [](float value, int size) {
     return static_cast<int>(std::clamp(value, -1.0f, static_cast<float>(size)));
   };
-  rendered_.u0 = std::max(bound(box.min().x(), projection.width), 0);
-  rendered_.v0 = std::max(bound(box.min().y(), projection.height), 0);
-  const int end_u = std::min(bound(box.max().x(), projection.width) + 1, projection.width);
-  const int end_v = std::min(bound(box.max().y(), projection.height) + 1, projection.height);
+  rendered_.u0 = std::max(bound(low.x(), projection.width), 0);
+  rendered_.v0 = std::max(bound(low.y(), projection.height), 0);
+  const int end_u = std::min(bound(high.x(), projection.width) + 1, projection.width);
+  const int end_v = std::min(bound(high.y(), projection.height) + 1, projection.height);
   rendered_.width = std::max(end_u - rendered_.u0, 0);
   rendered_.height = std::max(end_v - rendered_.v0, 0);
+}
+
+const RenderedModel& DepthRasterizer::render(const RenderMesh& mesh,
+                                             const Eigen::Isometry3f& T_camera_model,
+                                             const Projection& projection) {
+  project(mesh, T_camera_model, projection);
   const auto size =
       static_cast<std::size_t>(rendered_.width) * static_cast<std::size_t>(rendered_.height);
-  rendered_.depth.assign(size, 0.0f);
+  inverse_depth_.assign(size, 0.0f);
   rendered_.triangle.assign(size, -1);
+  rendered_.depth.resize(size);
   if (size == 0) return rendered_;
+  // A triangle that faces away in the model's frame needs no look at its corners.
+  const Eigen::Vector3f eye = -(T_camera_model.linear().transpose() * T_camera_model.translation());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto corner = [&](std::size_t k) -> const Eigen::Vector3f& {
-      return projected_[static_cast<std::size_t>(mesh.triangles[i][k])];
-    };
-    if (!(corner(0).z() > 0.0f) || !(corner(1).z() > 0.0f) || !(corner(2).z() > 0.0f)) continue;
-    draw(rendered_, corner(0), corner(1), corner(2), static_cast<std::int32_t>(i));
+    const Eigen::Vector3f& corner = mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][0])];
+    if (mesh.normals[i].dot(eye - corner) < 0.0f) continue;
+    draw(mesh.triangles[i], static_cast<std::int32_t>(i));
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    rendered_.depth[i] = inverse_depth_[i] > 0.0f ? 1.0f / inverse_depth_[i] : 0.0f;
   }
   return rendered_;
 }

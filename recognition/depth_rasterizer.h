@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -27,8 +28,8 @@ struct RenderedModel {
 };
 
 /// Draws triangles as a pinhole camera sees them, nearest first, sampled at pixel centres with
-/// perspective-correct depth; triangles that face away are skipped. Keeps its buffers between
-/// calls: one object per thread.
+/// perspective-correct depth; triangles that face away are skipped. Works by spans: per triangle
+/// and row one interval of pixels. Keeps its buffers between calls: one object per thread.
 class DepthRasterizer {
  public:
   /// The result is valid until the next call. O(vertices + triangles + covered pixels).
@@ -36,7 +37,12 @@ class DepthRasterizer {
                               const Projection& projection);
 
  private:
+  void project(const RenderMesh& mesh, const Eigen::Isometry3f& T_camera_model,
+               const Projection& projection);
+  void draw(const std::array<std::int32_t, 3>& corners, std::int32_t triangle);
+
   RenderedModel rendered_;
+  std::vector<float> inverse_depth_;        // 1 / z, 0 outside the model
   std::vector<Eigen::Vector3f> projected_;  // u, v, 1 / z
 };
 

@@ -126,6 +126,7 @@ class Run {
 
   void recognize_as_printed();
   void recognize_in_rounds();
+  void keep_considered(const CandidatePool& pool);
   [[nodiscard]] std::vector<int> explained_by(const Hypothesis& hypothesis) const;
   void report(int model, const Eigen::Isometry3d& T_camera_model, int explained_points);
 
@@ -266,21 +267,21 @@ void Run::recognize_in_rounds() {
     return Hypothesis{M, T, counts->score()};
   };
   const int iterations = (compute_iterations() + kRoundsPerCount - 1) / kRoundsPerCount;
-  CandidatePool pool(library_, scene_, options_.visibility, options_.jobs);
+  const AcceptanceModel& acceptance =
+      options_.acceptance != nullptr ? *options_.acceptance : calibrated_acceptance();
+  CandidatePool pool(library_, scene_, acceptance, options_.visibility, options_.jobs);
   std::vector<int> sampled;
   for (const int leaf : scene_.object_leaves()) {
     if (scene_.normal_is_reliable(leaf)) sampled.push_back(leaf);
   }
-  std::vector<const Candidate*> selected;
   const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
     std::vector<Hypothesis> solutions = generate_and_test(sampled, count, seed, mu, kind);
     add_time("generate_and_test", watch.lap());
     pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
     add_time("verify", watch.lap());
-    selected = pool.select();
-    for (const Candidate* candidate : selected) {
-      const std::vector<int>& explained = candidate->comparison.explained;
+    for (const SelectedCandidate& candidate : pool.select()) {
+      const std::vector<int> explained = leaves_of(scene_, candidate.pixels);
       std::erase_if(sampled, [&](int leaf) {
         return std::binary_search(explained.begin(), explained.end(), leaf);
       });
@@ -288,19 +289,35 @@ void Run::recognize_in_rounds() {
     add_time("select", watch.lap());
   };
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
-    const std::size_t before = selected.size();
+    const std::size_t before = pool.selected().size();
     sample_round(round, iterations, PairKind::kSpatial, kSpatialClusters);
-    if (round + 1 >= kRoundsPerCount && selected.size() == before) break;
+    if (round + 1 >= kRoundsPerCount && pool.selected().size() == before) break;
   }
   // What shows a single flat face has no pairs but flat ones.
   if (!sampled.empty()) sample_round(kMostRounds, kFlatIterations, PairKind::kFlat, kFlatClusters);
   result_.counters.accepted = pool.accepted();
-  result_.counters.verified = pool.verified();
-  for (const Candidate& candidate : pool.slide(selected)) {
+  result_.counters.verified = static_cast<int>(pool.candidates().size());
+  if (options_.keep_considered) keep_considered(pool);
+  pool.slide_selected();
+  for (const SelectedCandidate& selected : pool.selected()) {
+    const Candidate& candidate = pool.candidates()[selected.candidate];
     report(candidate.model, candidate.T_camera_model.cast<double>(),
-           static_cast<int>(candidate.comparison.explained.size()));
+           static_cast<int>(leaves_of(scene_, selected.pixels).size()));
+    result_.detections.back().confidence = probability(selected.log_odds);
   }
   add_time("refine", watch.lap());
+}
+
+void Run::keep_considered(const CandidatePool& pool) {
+  for (std::size_t i = 0; i < pool.candidates().size(); ++i) {
+    const Candidate& candidate = pool.candidates()[i];
+    const bool is_selected =
+        std::any_of(pool.selected().begin(), pool.selected().end(),
+                    [&](const SelectedCandidate& s) { return s.candidate == i; });
+    result_.considered.push_back({library_.models()[static_cast<std::size_t>(candidate.model)].name,
+                                  candidate.T_camera_model.cast<double>(), candidate.evidence,
+                                  pool.decided_features()[i], is_selected});
+  }
 }
 
 /// The points of S* in whose leaves the transformed model has points.

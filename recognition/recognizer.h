@@ -9,6 +9,7 @@
 #include "models/geometry.h"
 #include "models/random.h"
 #include "models/range_image.h"
+#include "recognition/acceptance_model.h"
 #include "recognition/model_library.h"
 #include "recognition/recognizer_options.h"
 #include "recognition/support_plane.h"
@@ -34,6 +35,15 @@ struct RecognitionCounters {
   int verified = 0;        ///< compared with the scene by rendering (default setting)
 };
 
+/// A hypothesis that was compared with the scene by rendering (default setting).
+struct ConsideredHypothesis {
+  std::string model;
+  Eigen::Isometry3d T_camera_model = Eigen::Isometry3d::Identity();
+  HypothesisEvidence evidence;  ///< alone
+  FeatureVector features{};     ///< on which the decision fell, beside what was selected before it
+  bool is_selected = false;
+};
+
 struct RecognitionResult {
   /// Best first. Poses are in the frame of the scene: the camera's for a range image, the cloud's
   /// own for a point cloud.
@@ -42,6 +52,8 @@ struct RecognitionResult {
   std::vector<StageTiming> timings;          ///< in order of the stages
   double total_seconds = 0.0;
   RecognitionCounters counters;
+  /// All hypotheses that were verified, if RecognizerOptions::keep_considered asks for them.
+  std::vector<ConsideredHypothesis> considered;
   /// Why there can be no detection (empty scene, unit mismatch); empty when all is well.
   std::string note;
 };

@@ -2,6 +2,8 @@
 
 namespace binpick {
 
+struct AcceptanceModel;
+
 /// Two settings of one engine.
 enum class RecognizerSetting {
   kPaper,    ///< Algorithm 1 of IJRR 2012 as printed
@@ -33,6 +35,13 @@ struct RecognizerOptions {
 
   /// Whether to refine the accepted poses (point-to-plane, robust).
   bool refine = true;
+
+  /// Decides about hypotheses (default setting); null means the calibrated one. Not owned.
+  const AcceptanceModel* acceptance = nullptr;
+
+  /// Whether the result lists every hypothesis that was verified, with what spoke for and against
+  /// it: for calibration and diagnosis.
+  bool keep_considered = false;
 
   /// Threads, at least 1. The result is the same for any number.
   int jobs = 1;

@@ -1,8 +1,8 @@
 #include <benchmark/benchmark.h>
 
 #include "recognition/acceptance_function.h"
+#include "recognition/hypothesis_evidence.h"
 #include "recognition/recognizer.h"
-#include "recognition/render_verification.h"
 #include "recognition/shapes.h"
 #include "recognition/synthetic_scene.h"
 
@@ -79,15 +79,15 @@ BENCHMARK(test_hypothesis);
 
 void verify_hypothesis(benchmark::State& state) {
   const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, 1, 1);
-  const RecognitionModel& model = library()->models()[pile().instances[0].model];
-  const Eigen::Isometry3f truth = pile().instances[0].T_camera_model.cast<float>();
-  DepthRasterizer rasterizer;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        compare_by_rendering(rasterizer, observed, model, truth, 0.003f).matched);
-  }
+  const testing::TrueInstance& instance =
+      pile().instances[static_cast<std::size_t>(state.range(0))];
+  const RecognitionModel& model = library()->models()[instance.model];
+  const Eigen::Isometry3f truth = instance.T_camera_model.cast<float>();
+  const SensorEstimate sensor = estimate_sensor(observed);
+  EvidenceGatherer gatherer(observed, sensor);
+  for (auto _ : state) benchmark::DoNotOptimize(gatherer.gather(model, truth).matched);
 }
-BENCHMARK(verify_hypothesis)->Unit(benchmark::kMicrosecond);
+BENCHMARK(verify_hypothesis)->DenseRange(0, 2)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace binpick

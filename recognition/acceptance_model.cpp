@@ -1,0 +1,69 @@
+#include "recognition/acceptance_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace binpick {
+
+FeatureVector acceptance_features(const HypothesisEvidence& evidence, double dilation) {
+  const double decided =
+      std::max(evidence.matched + evidence.bad_normal + evidence.seen_through +
+                   evidence.seen_through_rim + evidence.near_occluded + evidence.claimed,
+               1);
+  const double rendered = std::max(evidence.rendered, 1);
+  const double edges = std::max(evidence.edges, 1);
+  const auto root = [](double count, double of) { return std::sqrt(count / of); };
+  FeatureVector features{};
+  const auto set = [&](Feature feature, double value) {
+    features[static_cast<std::size_t>(feature)] = value;
+  };
+  set(Feature::kEvidence, std::log(evidence.matched + 1.0));
+  set(Feature::kTypicalShare,
+      std::log((evidence.matched + 1.0) / (static_cast<double>(evidence.expected) + 1.0)));
+  set(Feature::kMatchedShare, evidence.matched / rendered);
+  set(Feature::kBadNormal, root(evidence.bad_normal, decided));
+  set(Feature::kSeenThrough, root(evidence.seen_through, decided));
+  set(Feature::kSeenThroughRim, root(evidence.seen_through_rim, decided));
+  set(Feature::kNearOccluded, root(evidence.near_occluded, decided));
+  set(Feature::kClaimed, root(evidence.claimed, decided));
+  set(Feature::kContinued, root(evidence.edges_continued, edges));
+  set(Feature::kEdgesMatched, evidence.edges_matched / edges);
+  set(Feature::kEdgesMissed, root(evidence.edges_missed, edges));
+  if (evidence.edges_matched > 0) {
+    set(Feature::kEdgeOffset, std::abs(static_cast<double>(evidence.edge_offset) - dilation));
+    set(Feature::kEdgeSpread, static_cast<double>(evidence.edge_spread));
+  }
+  set(Feature::kResidualBias, std::abs(static_cast<double>(evidence.residual_mean)));
+  set(Feature::kResidualSpread, static_cast<double>(evidence.residual_rms));
+  set(Feature::kNormalError, std::sqrt(static_cast<double>(evidence.normal_error)));
+  set(Feature::kSecondFace, std::sqrt(static_cast<double>(evidence.second_face)));
+  set(Feature::kUnseen, (evidence.missing + evidence.on_support) / rendered);
+  return features;
+}
+
+double AcceptanceModel::standardised(Feature feature, double value) const {
+  const Term& term = terms[static_cast<std::size_t>(feature)];
+  return (std::clamp(value, term.low, term.high) - term.centre) / term.scale;
+}
+
+double AcceptanceModel::log_odds(const FeatureVector& features) const {
+  std::array<double, kFeatures> x{};
+  double sum = bias;
+  for (std::size_t i = 0; i < kFeatures; ++i) {
+    const Term& term = terms[i];
+    x[i] = standardised(static_cast<Feature>(i), features[i]);
+    sum += term.slope * x[i];
+    for (std::size_t k = 0; k < kKnots; ++k) {
+      sum += term.bends[k] * std::max(x[i] - term.knots[k], 0.0);
+    }
+  }
+  for (const Product& product : products) {
+    sum += product.weight * x[static_cast<std::size_t>(product.a)] *
+           x[static_cast<std::size_t>(product.b)];
+  }
+  return sum;
+}
+
+double probability(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }
+
+}  // namespace binpick

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "recognition/hypothesis_evidence.h"
+
+namespace binpick {
+
+/// What the decision about a hypothesis is based on, in an order that the calibration relies on.
+/// Shares are of the pixels that say something, or of the silhouette's samples; those near zero
+/// enter by their square root, which evens out their spread.
+enum class Feature : std::size_t {
+  kEvidence,        ///< log of the matched pixels
+  kTypicalShare,    ///< log of the matched pixels relative to a typical unoccluded view
+  kMatchedShare,    ///< of all rendered pixels
+  kBadNormal,       ///< root of the share
+  kSeenThrough,     ///< root of the share, inside
+  kSeenThroughRim,  ///< root of the share, along the silhouette
+  kNearOccluded,    ///< root of the share
+  kClaimed,         ///< root of the share that another object explains
+  kContinued,       ///< root of the silhouette's share beyond which the surface goes on
+  kEdgesMatched,    ///< share of the silhouette at which the scene steps back
+  kEdgesMissed,     ///< root of the share at which it does so far inside
+  kEdgeOffset,      ///< how far the steps lie from where the sensor's dilation puts them, pixels
+  kEdgeSpread,      ///< standard deviation of their places, pixels
+  kResidualBias,    ///< size of the mean residual, model tolerances
+  kResidualSpread,  ///< root mean square residual, limits of agreement
+  kNormalError,     ///< root of the mean of 1 - cos between the normals
+  kSecondFace,      ///< root of the middle eigenvalue of the scatter of the matched normals
+  kUnseen,          ///< share of rendered pixels without measurement or on a support plane
+  kCount
+};
+constexpr std::size_t kFeatures = static_cast<std::size_t>(Feature::kCount);
+using FeatureVector = std::array<double, kFeatures>;
+
+/// `dilation` is the sensor's, in pixels: what edge offsets are compared with.
+[[nodiscard]] FeatureVector acceptance_features(const HypothesisEvidence& evidence,
+                                                double dilation);
+
+/// log p(right | features) - log p(wrong | features) as an additive model: a piecewise linear
+/// function of each feature plus products of pairs of features. Features are clamped to the range
+/// seen in calibration, so that nothing is extrapolated.
+struct AcceptanceModel {
+  static constexpr std::size_t kKnots = 3;
+  struct Term {
+    double low = 0.0, high = 1.0;      ///< the range that calibration saw
+    double centre = 0.0, scale = 1.0;  ///< of the standardised feature
+    double slope = 0.0;
+    std::array<double, kKnots> knots{};  ///< in the standardised feature
+    std::array<double, kKnots> bends{};  ///< change of slope at each knot
+  };
+  struct Product {
+    Feature a = Feature::kEvidence;
+    Feature b = Feature::kEvidence;
+    double weight = 0.0;
+  };
+  double bias = 0.0;
+  std::array<Term, kFeatures> terms{};
+  std::vector<Product> products;
+  double least_probability = 0.5;  ///< of a detection that is reported
+
+  [[nodiscard]] double standardised(Feature feature, double value) const;
+  [[nodiscard]] double log_odds(const FeatureVector& features) const;
+};
+
+/// 1 / (1 + exp(-log_odds)).
+[[nodiscard]] double probability(double log_odds);
+
+/// The model that tests/recognition/acceptance_calibration_main.cpp made from generated scenes
+/// (acceptance_weights.cpp).
+[[nodiscard]] const AcceptanceModel& calibrated_acceptance();
+
+}  // namespace binpick

@@ -1,0 +1,187 @@
+#include "recognition/detection_selection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "recognition/pose_metrics.h"
+
+namespace binpick {
+namespace {
+
+constexpr double kMostClaimed = 0.35;     // of the agreeing pixels may be another object's
+constexpr double kWithinReach = 4.0;      // log odds that neighbours' claims may add
+constexpr double kWorthExchanging = 1.0;  // log odds that an exchange must gain
+constexpr std::size_t kMostExchanges = 8;
+constexpr double kSameObject = 0.1;  // of the diameter
+
+double sum_of_log_odds(const std::vector<SelectedCandidate>& selected) {
+  return std::accumulate(selected.begin(), selected.end(), 0.0,
+                         [](double sum, const auto& s) { return sum + s.log_odds; });
+}
+
+}  // namespace
+
+double estimate_dilation(std::span<const Candidate> candidates, const AcceptanceModel& acceptance,
+                         double fallback) {
+  struct Vote {
+    double offset;
+    int weight;
+  };
+  std::vector<Vote> votes;
+  int total = 0;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.evidence.edges_matched == 0) continue;
+    const auto own = static_cast<double>(candidate.evidence.edge_offset);
+    if (acceptance.log_odds(acceptance_features(candidate.evidence, own)) < 0.0) continue;
+    votes.push_back({own, candidate.evidence.edges_matched});
+    total += candidate.evidence.edges_matched;
+  }
+  std::stable_sort(votes.begin(), votes.end(),
+                   [](const Vote& a, const Vote& b) { return a.offset < b.offset; });
+  int before = 0;
+  for (const Vote& vote : votes) {
+    before += vote.weight;
+    if (2 * before >= total) return vote.offset;
+  }
+  return fallback;
+}
+
+DetectionSelection::DetectionSelection(std::span<const RecognitionModel> models,
+                                       const ObservedScene& scene, const SensorEstimate& sensor,
+                                       const AcceptanceModel& acceptance,
+                                       std::span<const Candidate> candidates)
+    : models_(models),
+      scene_(scene),
+      acceptance_(acceptance),
+      candidates_(candidates),
+      dilation_(estimate_dilation(candidates, acceptance)),
+      least_log_odds_(
+          std::log(acceptance.least_probability / (1.0 - acceptance.least_probability))),
+      gatherer_(scene, sensor) {
+  for (const Candidate& candidate : candidates) {
+    const RecognitionModel& model = models_[static_cast<std::size_t>(candidate.model)];
+    const Eigen::Vector3f centre = candidate.T_camera_model * model.centre;
+    const Projection& projection = scene.projection();
+    const float z = std::max(centre.z(), 1e-3f);
+    footprints_.push_back({{projection.fx * centre.x() / z, projection.fy * centre.y() / z},
+                           0.5f * model.diameter * projection.fx / z});
+    decided_.push_back(acceptance_features(candidate.evidence, dilation_));
+    alone_.push_back(acceptance.log_odds(decided_.back()));
+  }
+}
+
+bool DetectionSelection::overlap(std::size_t a, std::size_t b) const {
+  const float reach = footprints_[a].radius + footprints_[b].radius;
+  return (footprints_[a].centre - footprints_[b].centre).squaredNorm() < reach * reach;
+}
+
+bool DetectionSelection::is_same_object(std::size_t a, std::size_t b) const {
+  if (candidates_[a].model != candidates_[b].model) return false;
+  const RecognitionModel& model = models_[static_cast<std::size_t>(candidates_[a].model)];
+  return mssd(candidates_[a].T_camera_model.cast<double>(),
+              candidates_[b].T_camera_model.cast<double>(), model.hull,
+              model.symmetries) < kSameObject * static_cast<double>(model.diameter);
+}
+
+SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelClaims& claims) {
+  const Candidate& pose = candidates_[candidate];
+  SelectedCandidate judged;
+  judged.candidate = candidate;
+  judged.evidence =
+      gatherer_.gather(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model, &claims,
+                       static_cast<std::int32_t>(candidate));
+  decided_[candidate] = acceptance_features(judged.evidence, dilation_);
+  judged.log_odds = acceptance_.log_odds(decided_[candidate]);
+  return judged;
+}
+
+/// Takes candidates best first, those of `first` before all others, each judged beside the ones
+/// taken before.
+std::vector<SelectedCandidate> DetectionSelection::choose(const std::vector<std::size_t>& first) {
+  PixelClaims claims(scene_.pixels().size(), -1);
+  std::vector<double> log_odds = alone_;
+  std::vector<char> is_stale(candidates_.size(), 0);
+  std::vector<char> is_open(candidates_.size(), 1);
+  std::vector<SelectedCandidate> selected;
+  const auto take = [&](SelectedCandidate judged) {
+    const std::size_t i = judged.candidate;
+    gatherer_.explained_pixels(judged.pixels);
+    for (const int pixel : judged.pixels) {
+      std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
+      if (owner < 0) owner = static_cast<std::int32_t>(i);
+    }
+    is_open[i] = 0;
+    for (std::size_t other = 0; other < candidates_.size(); ++other) {
+      // What is hopeless alone stays so; what is nearly good enough may gain.
+      if (is_open[other] != 0 && alone_[other] > least_log_odds_ - kWithinReach &&
+          overlap(i, other)) {
+        is_stale[other] = 1;
+        log_odds[other] = std::max(log_odds[other], alone_[other]);
+      }
+    }
+    selected.push_back(std::move(judged));
+  };
+  for (const std::size_t i : first) {
+    SelectedCandidate judged = judge(i, claims);
+    if (judged.log_odds >= least_log_odds_) take(std::move(judged));
+    is_open[i] = 0;
+  }
+  for (;;) {
+    std::size_t best = candidates_.size();
+    const auto rank = [&](std::size_t i) {
+      return log_odds[i] + (is_stale[i] != 0 ? kWithinReach : 0.0);
+    };
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      if (is_open[i] == 0 || !(rank(i) >= least_log_odds_)) continue;
+      if (best == candidates_.size() || rank(i) > rank(best)) best = i;
+    }
+    if (best == candidates_.size()) break;
+    const bool was_stale = is_stale[best] != 0;
+    SelectedCandidate judged = judge(best, claims);
+    log_odds[best] = judged.log_odds;
+    is_stale[best] = 0;
+    // Claims only grow: what is mostly another's stays so.
+    const int agreeing = judged.evidence.matched + judged.evidence.claimed;
+    if (judged.evidence.claimed > kMostClaimed * agreeing) {
+      is_open[best] = 0;
+    } else if (!was_stale && judged.log_odds >= least_log_odds_) {
+      take(std::move(judged));
+    }
+  }
+  return selected;
+}
+
+/// Forces candidates that lost to others to the front; keeps what gains.
+void DetectionSelection::exchange(std::vector<SelectedCandidate>& selected) {
+  std::vector<std::size_t> losers;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    if (alone_[i] < least_log_odds_) continue;
+    const bool is_selected = std::any_of(selected.begin(), selected.end(), [&](const auto& s) {
+      return s.candidate == i || is_same_object(s.candidate, i);
+    });
+    const bool is_new = std::none_of(losers.begin(), losers.end(),
+                                     [&](std::size_t other) { return is_same_object(i, other); });
+    if (!is_selected && is_new) losers.push_back(i);
+  }
+  std::stable_sort(losers.begin(), losers.end(),
+                   [&](std::size_t a, std::size_t b) { return alone_[a] > alone_[b]; });
+  losers.resize(std::min(losers.size(), kMostExchanges));
+  for (const std::size_t loser : losers) {
+    std::vector<SelectedCandidate> other = choose({loser});
+    if (sum_of_log_odds(other) > sum_of_log_odds(selected) + kWorthExchanging) {
+      selected = std::move(other);
+    }
+  }
+}
+
+std::vector<SelectedCandidate> DetectionSelection::select() {
+  std::vector<SelectedCandidate> selected = choose({});
+  exchange(selected);
+  std::stable_sort(selected.begin(), selected.end(),
+                   [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
+  return selected;
+}
+
+}  // namespace binpick

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "recognition/acceptance_model.h"
+#include "recognition/hypothesis_evidence.h"
+#include "recognition/observed_scene.h"
+#include "recognition/recognition_model.h"
+#include "recognition/sensor_estimate.h"
+
+namespace binpick {
+
+/// A hypothesis that was compared with the scene.
+struct Candidate {
+  int model = 0;
+  Eigen::Isometry3f T_camera_model = Eigen::Isometry3f::Identity();
+  HypothesisEvidence evidence;  ///< as if it were alone
+};
+
+/// A candidate of the consistent set, judged beside the others of the set.
+struct SelectedCandidate {
+  std::size_t candidate = 0;  ///< its index
+  HypothesisEvidence evidence;
+  double log_odds = 0.0;
+  std::vector<int> pixels;  ///< which it explains, working resolution, ascending
+};
+
+/// By how many pixels the sensor lets nearer surfaces grow: where the steps of depth lie beside the
+/// silhouettes of credible candidates, in the (weighted) median. `fallback` without such.
+[[nodiscard]] double estimate_dilation(std::span<const Candidate> candidates,
+                                       const AcceptanceModel& acceptance, double fallback = 0.5);
+
+/// Picks the candidates that stand beside each other: a pixel is explained by one of them, and the
+/// sum of their log odds is as large as greedy choice and single exchanges make it. What a chosen
+/// candidate explains is no evidence for another, nor against it: a neighbour that goes on where
+/// the model ends, or lies just in front of it, contradicts only as long as it is unexplained.
+class DetectionSelection {
+ public:
+  DetectionSelection(std::span<const RecognitionModel> models, const ObservedScene& scene,
+                     const SensorEstimate& sensor, const AcceptanceModel& acceptance,
+                     std::span<const Candidate> candidates);
+
+  /// Best first. Deterministic.
+  [[nodiscard]] std::vector<SelectedCandidate> select();
+
+  /// After select(): the features on which the decision about each candidate fell, beside those
+  /// chosen before it.
+  [[nodiscard]] const std::vector<FeatureVector>& decided_features() const { return decided_; }
+  [[nodiscard]] double dilation() const noexcept { return dilation_; }
+
+ private:
+  struct Footprint {
+    Eigen::Vector2f centre;  // pixels
+    float radius = 0.0f;
+  };
+  [[nodiscard]] std::vector<SelectedCandidate> choose(const std::vector<std::size_t>& first);
+  [[nodiscard]] SelectedCandidate judge(std::size_t candidate, const PixelClaims& claims);
+  [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
+  [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const;
+  void exchange(std::vector<SelectedCandidate>& selected);
+
+  std::span<const RecognitionModel> models_;
+  const ObservedScene& scene_;
+  const AcceptanceModel& acceptance_;
+  std::span<const Candidate> candidates_;
+  double dilation_;
+  double least_log_odds_;
+  EvidenceGatherer gatherer_;
+  std::vector<Footprint> footprints_;
+  std::vector<double> alone_;  // log odds of each candidate alone
+  std::vector<FeatureVector> decided_;
+};
+
+}  // namespace binpick

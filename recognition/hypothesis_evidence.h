@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "recognition/depth_rasterizer.h"
+#include "recognition/observed_scene.h"
+#include "recognition/recognition_model.h"
+#include "recognition/sensor_estimate.h"
+
+namespace binpick {
+
+/// What the range image says about a hypothesis: the rendered model against the scene, in pixels of
+/// the working resolution. Every rendered pixel is counted once; what was not measured, lies on a
+/// support plane or is hidden by something far in front says nothing for or against.
+struct HypothesisEvidence {
+  int rendered = 0;    ///< pixels that the model covers
+  int matched = 0;     ///< depth and normal agree
+  int bad_normal = 0;  ///< depth agrees, normal does not
+  int seen_through =
+      0;  ///< the scene is behind the model, three pixels or more from the silhouette
+  int seen_through_rim = 0;  ///< the same within two pixels of the silhouette
+  int near_occluded = 0;     ///< the scene is in front, but so little that it is rather the surface
+                             ///< of something larger than an occluder
+  int far_occluded = 0;      ///< an occluder, or a surface that a better hypothesis explains
+  int missing = 0;           ///< nothing was measured
+  int on_support = 0;        ///< depth agrees with a support plane
+  int claimed = 0;           ///< depth agrees, but another object explains the pixel
+
+  /// Samples of the model's silhouette, each walked outwards and, where the scene is behind the
+  /// model there, inwards.
+  int edges = 0;
+  int edges_matched = 0;     ///< the scene steps back near the silhouette
+  int edges_missed = 0;      ///< the scene is behind the model well inside the silhouette
+  int edges_continued = 0;   ///< the surface goes on beyond the silhouette
+  float edge_offset = 0.0f;  ///< mean place of the step, pixels outwards: the sensor's dilation
+  float edge_spread = 0.0f;  ///< standard deviation of the steps' places, pixels
+
+  float residual_mean = 0.0f;  ///< of matched pixels, along the normal, in model tolerances
+  float residual_rms = 0.0f;   ///< of matched pixels, in limits of agreement
+  float normal_error = 0.0f;   ///< mean of 1 - cos of the angle between the normals
+  float second_face = 0.0f;    ///< middle eigenvalue of the scatter of the matched normals, whose
+                               ///< trace is 1: 0 for a single flat face
+  float expected = 0.0f;       ///< matched pixels of a typical unoccluded view at this distance
+};
+
+/// Which accepted hypothesis explains a pixel of the working resolution; -1 for none.
+using PixelClaims = std::vector<std::int32_t>;
+
+/// Renders hypotheses and compares them with one scene. Keeps its buffers between calls: one object
+/// per thread.
+class EvidenceGatherer {
+ public:
+  EvidenceGatherer(const ObservedScene& scene, const SensorEstimate& sensor)
+      : scene_(scene), sensor_(sensor) {}
+
+  /// The evidence for a pose. Pixels that `claims` (when given) holds for somebody else than
+  /// `claimant` are not the hypothesis' own. O(triangles + covered pixels), allocates nothing once
+  /// warm.
+  [[nodiscard]] HypothesisEvidence gather(const RecognitionModel& model,
+                                          const Eigen::Isometry3f& T_camera_model,
+                                          const PixelClaims* claims = nullptr,
+                                          std::int32_t claimant = -1);
+
+  /// Replaces `pixels` by those whose depth the model explained in the last call of gather,
+  /// ascending indices into the scene's working image.
+  void explained_pixels(std::vector<int>& pixels) const;
+
+ private:
+  friend class EvidencePass;
+
+  const ObservedScene& scene_;
+  const SensorEstimate& sensor_;
+  DepthRasterizer rasterizer_;
+  const RenderedModel* rendered_ = nullptr;
+  std::vector<float> ray_x_;            // x / z of the window's columns
+  std::vector<std::uint8_t> verdicts_;  // of the window's pixels
+};
+
+/// The band along the normal within which a model and a noise-free scene agree, m: models are wrong
+/// by about this much, and sensors bend their depth slowly.
+[[nodiscard]] inline float model_tolerance(const RecognitionModel& model) {
+  return 0.01f * model.diameter;
+}
+
+}  // namespace binpick

@@ -1,0 +1,168 @@
+#include "recognition/sensor_estimate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace binpick {
+namespace {
+
+constexpr std::array<int, 4> kSteps = {1, 2, 4, 8};  // pixels between the three points
+constexpr std::size_t kWidest = kSteps.size() - 1;
+constexpr std::size_t kFewest = 200;       // differences for a median that means something
+constexpr float kSameSurface = 0.02f;      // of the depth: larger steps are silhouettes
+constexpr double kNormalByMedian = 2.198;  // variance of a normal variable by its median square
+constexpr int kDepthBins = 6;
+constexpr float kSteep = 1.5f;  // tangent of the slant from which lateral noise counts
+
+/// Squares of second differences, in depth: e = z_left - 2 z + z_right after the plane is taken
+/// off.
+class Differences {
+ public:
+  explicit Differences(const ObservedScene& scene) : scene_(scene) {
+    for (const ScenePixel& pixel : scene.pixels()) {
+      if (!(pixel.depth > 0.0f)) continue;
+      nearest_ = nearest_ > 0.0f ? std::min(nearest_, pixel.depth) : pixel.depth;
+      farthest_ = std::max(farthest_, pixel.depth);
+    }
+    for (std::size_t step = 0; step < kSteps.size(); ++step) collect(step);
+  }
+
+  struct Bin {
+    std::vector<float> squares;
+    double depth = 0.0;
+    double slant = 0.0;  // mean of (dz / pixel)^2
+  };
+  /// The differences of the widest step on surfaces that face the sensor.
+  [[nodiscard]] std::vector<Bin>& by_depth() { return by_depth_; }
+  [[nodiscard]] Bin& steep() { return steep_; }
+  [[nodiscard]] std::vector<float>& of_step(std::size_t step) { return of_step_[step]; }
+
+ private:
+  void collect(std::size_t step) {
+    const Projection& projection = scene_.projection();
+    const int s = kSteps[step];
+    for (int v = 1; v < projection.height; v += 2) {
+      for (int u = s; u + s < projection.width; u += 2) {
+        const int index = v * projection.width + u;
+        const float z = scene_.pixel(index).depth;
+        const float left = scene_.pixel(index - s).depth;
+        const float right = scene_.pixel(index + s).depth;
+        if (!(z > 0.0f && left > 0.0f && right > 0.0f)) continue;
+        // On a plane 1 / z is linear in the image.
+        const float difference = z * z * (1.0f / left + 1.0f / right - 2.0f / z);
+        const float slope = (right - left) / static_cast<float>(2 * s);
+        if (std::abs(difference) > kSameSurface * z) continue;
+        add(step, z, difference * difference, slope);
+      }
+    }
+  }
+  void add(std::size_t step, float z, float square, float slope) {
+    const float tangent = std::abs(slope) * scene_.projection().fx / z;
+    if (tangent < 0.5f * kSteep) of_step_[step].push_back(square);
+    if (step != kWidest && tangent < kSteep) return;
+    Bin* bin = &steep_;
+    if (tangent < kSteep) {
+      const float place = (z - nearest_) / std::max(farthest_ - nearest_, 1e-6f);
+      bin = &by_depth_[static_cast<std::size_t>(
+          std::min(static_cast<int>(place * kDepthBins), kDepthBins - 1))];
+    } else if (step != 1) {
+      return;
+    }
+    bin->squares.push_back(square);
+    bin->depth += static_cast<double>(z);
+    bin->slant += static_cast<double>(slope * slope);
+  }
+
+  const ObservedScene& scene_;
+  float nearest_ = 0.0f;
+  float farthest_ = 0.0f;
+  std::vector<Bin> by_depth_{kDepthBins};
+  Bin steep_;
+  std::array<std::vector<float>, kSteps.size()> of_step_;
+};
+
+/// The variance of what the squares belong to, from their median.
+double robust_variance(std::vector<float>& squares) {
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return kNormalByMedian * static_cast<double>(*middle);
+}
+
+/// variance = constant^2 + quadratic^2 z^4 over the bins, both terms at least zero.
+void fit_axial(std::vector<Differences::Bin>& bins, SensorEstimate& sensor) {
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (Differences::Bin& bin : bins) {
+    if (bin.squares.size() < kFewest) continue;
+    const double z = bin.depth / static_cast<double>(bin.squares.size());
+    const double variance = robust_variance(bin.squares) / 6.0;  // 1 + 4 + 1
+    if (!(variance > 0.0)) continue;
+    // Relative errors count, as a variance's error grows with it.
+    const double weight = static_cast<double>(bin.squares.size()) / (variance * variance);
+    const Eigen::Vector2d row(1.0, std::pow(z, 4));
+    information += weight * row * row.transpose();
+    right += weight * variance * row;
+  }
+  if (!(information(0, 0) > 0.0)) return;
+  Eigen::Vector2d terms = Eigen::Vector2d::Zero();
+  const double determinant = information.determinant();
+  if (determinant > 1e-6 * information(0, 0) * information(1, 1)) {
+    terms = information.inverse() * right;
+  }
+  // One of them alone where both together would ask for a negative one; triangulation where the
+  // depths are too much alike to tell.
+  if (!(terms[0] >= 0.0 && terms[1] >= 0.0) || terms.isZero()) {
+    const bool is_constant = terms[1] < 0.0;
+    terms = is_constant ? Eigen::Vector2d(right[0] / information(0, 0), 0.0)
+                        : Eigen::Vector2d(0.0, right[1] / information(1, 1));
+  }
+  sensor.constant = static_cast<float>(std::sqrt(terms[0]));
+  sensor.quadratic = static_cast<float>(std::sqrt(terms[1]));
+}
+
+/// From how the variance of second differences grows with the step: 6 - 8 rho(s) + 2 rho(2 s).
+float correlated_pixels(Differences& differences) {
+  std::array<double, kSteps.size() + 1> rho{};
+  double plateau = 0.0;
+  std::array<double, kSteps.size()> variances{};
+  for (std::size_t i = 0; i < kSteps.size(); ++i) {
+    if (differences.of_step(i).size() < kFewest) return 1.0f;
+    variances[i] = robust_variance(differences.of_step(i));
+    plateau = std::max(plateau, variances[i] / 6.0);
+  }
+  if (!(plateau > 0.0)) return 1.0f;
+  double sum = 1.0;
+  for (std::size_t i = kSteps.size(); i-- > 0;) {
+    rho[i] = std::clamp((6.0 + 2.0 * rho[i + 1] - variances[i] / plateau) / 8.0, 0.0, 1.0);
+    // Steps double: each stands for the pixels up to the next, on both sides.
+    sum += 2.0 * rho[i] * std::max(0.75 * kSteps[i], 1.0);
+  }
+  return static_cast<float>(sum * sum);
+}
+
+}  // namespace
+
+SensorEstimate estimate_sensor(const ObservedScene& scene) {
+  constexpr float kLeastLateral = 0.1f;
+  constexpr float kMostLateral = 0.5f;
+  SensorEstimate sensor;
+  Differences differences(scene);
+  fit_axial(differences.by_depth(), sensor);
+  if (sensor.constant == 0.0f && sensor.quadratic == 0.0f) sensor.constant = scene.noise();
+  sensor.correlated_pixels = correlated_pixels(differences);
+  sensor.lateral = kLeastLateral;
+  Differences::Bin& steep = differences.steep();
+  if (steep.squares.size() >= kFewest) {
+    const auto count = static_cast<double>(steep.squares.size());
+    const auto axial =
+        static_cast<double>(sensor.axial_variance(static_cast<float>(steep.depth / count)));
+    const double excess = robust_variance(steep.squares) / 6.0 - axial;
+    const double lateral = std::sqrt(std::max(excess, 0.0) / (steep.slant / count));
+    sensor.lateral = std::clamp(static_cast<float>(lateral), kLeastLateral, kMostLateral);
+  }
+  return sensor;
+}
+
+}  // namespace binpick

@@ -1,0 +1,302 @@
+// Writes recognition/acceptance_weights.cpp: the log-likelihood ratio by which hypotheses are
+// accepted, fitted on generated scans.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "models/errors.h"
+#include "recognition/logistic_fit.h"
+#include "recognition/parallel_for.h"
+#include "recognition/pose_metrics.h"
+#include "recognition/recognition_score.h"
+#include "recognition/recognizer.h"
+#include "recognition/shapes.h"
+#include "recognition/synthetic_scene.h"
+
+namespace binpick::testing {
+namespace {
+
+constexpr double kRidge = 3.0;
+constexpr double kRightPose = 0.1;        // MSSD below this share of the diameter
+constexpr double kMostClaimed = 0.35;     // the selection does not ask about more
+constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
+constexpr double kMostFalse = 0.01;       // per frame
+
+struct Arguments {
+  int scenes = 300;
+  int passes = 2;
+  int jobs = 2;
+  std::filesystem::path out;
+  std::filesystem::path rows;
+};
+
+/// What one frame contributes.
+struct FrameRows {
+  std::vector<LabelledFeatures> candidates;  ///< all that were compared with the scene
+  std::vector<LabelledFeatures> selected;    ///< those that a low threshold lets through
+};
+
+/// Half the scans as harsh as the generator can, the other half from all named variants in turn;
+/// three sets of models.
+struct Recipe {
+  std::size_t set = 0;
+  std::string variant;
+};
+Recipe recipe_of(int index) {
+  constexpr std::array<std::size_t, 10> kSets = {0, 1, 0, 2, 0, 0, 1, 0, 2, 0};
+  const auto i = static_cast<std::size_t>(index);
+  const std::vector<std::string>& names = variant_names();
+  return {kSets[i % kSets.size()], i % 2 == 0 ? "harsh" : names[(i / 2) % names.size()]};
+}
+
+class Calibration {
+ public:
+  explicit Calibration(const Arguments& arguments) : arguments_(arguments) {
+    for (const char* set : {"known", "toys", "open"}) {
+      generators_.emplace_back(object_set(set));
+      libraries_.push_back(std::make_shared<const ModelLibrary>(generators_.back().known()));
+    }
+  }
+
+  /// Searches `arguments.scenes` scans with `acceptance` at a threshold of five per cent.
+  [[nodiscard]] std::vector<FrameRows> collect(AcceptanceModel acceptance, Seed master) const {
+    acceptance.least_probability = 0.05;
+    std::vector<FrameRows> frames(static_cast<std::size_t>(arguments_.scenes));
+    parallel_for(arguments_.scenes, arguments_.jobs, [&](int i) {
+      frames[static_cast<std::size_t>(i)] = rows_of(i, acceptance, master);
+      if (i % 25 == 24) fmt::print(stderr, "scan {} of {}\n", i + 1, arguments_.scenes);
+    });
+    return frames;
+  }
+
+ private:
+  [[nodiscard]] FrameRows rows_of(int index, const AcceptanceModel& acceptance, Seed master) const {
+    const Recipe recipe = recipe_of(index);
+    const Seed seed = frame_seed(master, recipe.variant, static_cast<std::uint64_t>(index));
+    const SyntheticFrame frame =
+        generators_[recipe.set].frame(draw_parameters(recipe.variant, seed), seed);
+    RecognizerOptions options;
+    options.acceptance = &acceptance;
+    options.keep_considered = true;
+    options.refine = false;
+    const RecognitionResult result =
+        recognize(Recognizer(libraries_[recipe.set], options), frame, seed);
+    FrameRows rows;
+    std::vector<bool> found(frame.scene.instances.size(), false);
+    for (const ConsideredHypothesis& considered : result.considered) {
+      const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
+      if (claimed * claimed > kMostClaimed) continue;
+      const auto instance = instance_at(considered, frame, libraries_[recipe.set]->models());
+      const bool is_right = instance < found.size();
+      rows.candidates.push_back({considered.features, is_right, kCandidateWeight});
+      if (considered.is_selected) rows.selected.push_back({considered.features, is_right, 1.0});
+    }
+    return rows;
+  }
+
+  /// The instance whose pose the hypothesis has.
+  static std::size_t instance_at(const ConsideredHypothesis& considered,
+                                 const SyntheticFrame& frame,
+                                 const std::vector<RecognitionModel>& models) {
+    const std::vector<TrueInstance>& instances = frame.scene.instances;
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+      const RecognitionModel& model = models[instances[i].model];
+      if (model.name != considered.model) continue;
+      if (mssd(considered.T_camera_model, instances[i].T_camera_model, model.hull,
+               model.symmetries) < kRightPose * static_cast<double>(model.diameter)) {
+        return i;
+      }
+    }
+    return instances.size();
+  }
+
+  const Arguments& arguments_;
+  std::vector<SceneGenerator> generators_;
+  std::vector<std::shared_ptr<const ModelLibrary>> libraries_;
+};
+
+/// Accepts nothing that looks odd in any way: for the first pass.
+AcceptanceModel starting_model() {
+  AcceptanceModel model;
+  model.bias = 9.0;
+  for (const Feature feature :
+       {Feature::kBadNormal, Feature::kSeenThrough, Feature::kSeenThroughRim,
+        Feature::kNearOccluded, Feature::kClaimed, Feature::kContinued}) {
+    model.terms[static_cast<std::size_t>(feature)].slope = -6.0;
+  }
+  return model;
+}
+
+void append(std::vector<LabelledFeatures>& rows, const std::vector<LabelledFeatures>& more) {
+  rows.insert(rows.end(), more.begin(), more.end());
+}
+
+/// The lowest threshold that lets through at most kMostFalse wrong detections per frame.
+double threshold_for(const AcceptanceModel& model, const std::vector<FrameRows>& frames) {
+  std::vector<double> wrong;
+  for (const FrameRows& frame : frames) {
+    for (const LabelledFeatures& row : frame.selected) {
+      if (!row.is_right) wrong.push_back(model.log_odds(row.features));
+    }
+  }
+  std::sort(wrong.begin(), wrong.end(), std::greater<>());
+  const auto allowed = static_cast<std::size_t>(kMostFalse * static_cast<double>(frames.size()));
+  return allowed < wrong.size() ? std::max(probability(wrong[allowed]), 0.05) : 0.05;
+}
+
+void print_reliability(const AcceptanceModel& model, const std::vector<FrameRows>& frames) {
+  constexpr std::array<double, 9> kEdges = {0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 1.01};
+  fmt::print("predicted     detections  mean predicted  right\n");
+  for (std::size_t bin = 0; bin + 1 < kEdges.size(); ++bin) {
+    int count = 0;
+    int right = 0;
+    double sum = 0.0;
+    for (const FrameRows& frame : frames) {
+      for (const LabelledFeatures& row : frame.selected) {
+        const double p = probability(model.log_odds(row.features));
+        if (p < kEdges[bin] || p >= kEdges[bin + 1]) continue;
+        ++count;
+        if (row.is_right) ++right;
+        sum += p;
+      }
+    }
+    if (count == 0) continue;
+    fmt::print("{:.2f} - {:.2f} {:>12} {:>15.3f} {:>6.3f}\n", kEdges[bin],
+               std::min(kEdges[bin + 1], 1.0), count, sum / count,
+               static_cast<double>(right) / count);
+  }
+}
+
+void print_rates(const AcceptanceModel& model, const std::vector<FrameRows>& frames) {
+  fmt::print("least probability  right  wrong  of {} frames\n", frames.size());
+  for (const double least : {0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995}) {
+    int right = 0;
+    int wrong = 0;
+    for (const FrameRows& frame : frames) {
+      for (const LabelledFeatures& row : frame.selected) {
+        if (probability(model.log_odds(row.features)) >= least) ++(row.is_right ? right : wrong);
+      }
+    }
+    fmt::print("{:>17.3f} {:>6} {:>6}\n", least, right, wrong);
+  }
+}
+
+void write_rows(const std::filesystem::path& path, const std::vector<FrameRows>& frames) {
+  std::ofstream file(path);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto put = [&](const LabelledFeatures& row, bool is_selected) {
+      file << i << ',' << is_selected << ',' << row.is_right;
+      for (const double value : row.features) file << fmt::format(",{:.5g}", value);
+      file << '\n';
+    };
+    for (const LabelledFeatures& row : frames[i].selected) put(row, true);
+    for (const LabelledFeatures& row : frames[i].candidates) put(row, false);
+  }
+  if (!file) throw IoError(path.string() + ": cannot be written");
+}
+
+std::string source_of(const AcceptanceModel& model, const Arguments& arguments) {
+  std::string text = fmt::format(
+      "// Written by recognition_calibration --scenes {} --passes {}\n"
+      "// (tests/recognition/acceptance_calibration_main.cpp); not edited by hand.\n\n"
+      "#include \"recognition/acceptance_model.h\"\n\n"
+      "// clang-format off\nnamespace binpick {{\n\n"
+      "const AcceptanceModel& calibrated_acceptance() {{\n"
+      "  static const AcceptanceModel model = {{\n"
+      "    .bias = {:.6g},\n"
+      "    // low, high, centre, scale, slope, knots, bends\n"
+      "    .terms = {{{{\n",
+      arguments.scenes, arguments.passes, model.bias);
+  for (const AcceptanceModel::Term& t : model.terms) {
+    text += fmt::format(
+        "      {{{:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}, {{{:.6g}, {:.6g}, {:.6g}}}, {{{:.6g}, "
+        "{:.6g}, {:.6g}}}}},\n",
+        t.low, t.high, t.centre, t.scale, t.slope, t.knots[0], t.knots[1], t.knots[2], t.bends[0],
+        t.bends[1], t.bends[2]);
+  }
+  text += "    }},\n    .products = {\n";
+  for (const AcceptanceModel::Product& product : model.products) {
+    text += fmt::format("      {{Feature{{{}}}, Feature{{{}}}, {:.6g}}},\n",
+                        static_cast<std::size_t>(product.a), static_cast<std::size_t>(product.b),
+                        product.weight);
+  }
+  text += fmt::format(
+      "    }},\n    .least_probability = {:.6g},\n  }};\n  return model;\n}}\n\n"
+      "}}  // namespace binpick\n// clang-format on\n",
+      model.least_probability);
+  return text;
+}
+
+int calibrate(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Fits the acceptance of hypotheses on generated scans and writes its weights");
+  app.add_option("--scenes", arguments.scenes, "per pass")->check(CLI::PositiveNumber);
+  app.add_option("--passes", arguments.passes, "each with the model of the one before")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--jobs", arguments.jobs, "threads")->check(CLI::PositiveNumber);
+  app.add_option("--out", arguments.out,
+                 "source file to write, recognition/acceptance_weights.cpp");
+  app.add_option("--rows", arguments.rows,
+                 "CSV of the last pass: frame, selected, right, features");
+  CLI11_PARSE(app, argc, argv);
+  // Master seeds 900 to 949 are calibration's alone; nothing else is tuned or reported on them.
+  constexpr Seed kFirstMaster = 900;
+  const Calibration calibration(arguments);
+  AcceptanceModel model = starting_model();
+  std::vector<LabelledFeatures> rows;
+  for (int pass = 0; pass < arguments.passes; ++pass) {
+    const std::vector<FrameRows> frames =
+        calibration.collect(model, kFirstMaster + static_cast<Seed>(pass));
+    std::vector<LabelledFeatures> selected;
+    for (const FrameRows& frame : frames) {
+      append(rows, frame.candidates);
+      append(selected, frame.selected);
+    }
+    if (pass > 0) {
+      fmt::print("pass {}: the model of the pass before on fresh scans\n", pass + 1);
+      print_reliability(model, frames);
+      print_rates(model, frames);
+      append(rows, selected);
+    }
+    model = fit_acceptance(rows, kRidge);
+    // Confidence is that of a detection, not of any hypothesis.
+    if (pass > 0) recalibrate(model, selected);
+    model.least_probability = threshold_for(model, frames);
+    fmt::print("pass {}: {} hypotheses, {} selected, least probability {:.3f}\n", pass + 1,
+               rows.size(), selected.size(), model.least_probability);
+    print_rates(model, frames);
+    if (!arguments.rows.empty()) write_rows(arguments.rows, frames);
+  }
+  if (!arguments.out.empty()) {
+    std::ofstream file(arguments.out);
+    file << source_of(model, arguments);
+    if (!file) throw IoError(arguments.out.string() + ": cannot be written");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace binpick::testing
+
+int main(int argc, char** argv) {
+  try {
+    return binpick::testing::calibrate(argc, argv);
+  } catch (const binpick::InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 2;
+  } catch (const binpick::IoError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 3;
+  }
+}
