@@ -100,17 +100,17 @@ class Builder {
     bodies_.push_back({std::move(shape), T_world_body, CleanFrame::kGround});
   }
 
+  /// In a pile, the lowest of a few places: what would come to lie on top slides off.
   void drop(Shape shape, bool free_form, std::int16_t owner) {
     const bool apart = parameters_.arrangement == Arrangement::kSeparate;
-    const double lean = parameters_.arrangement == Arrangement::kLeaning ? kLargestLean : 0.0;
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.translation() << (apart ? next_place() : somewhere()), 1.0;
-    const Eigen::Quaterniond rest = resting_rotation(free_form, random_);
-    const Eigen::AngleAxisd tilt(random_.uniform(-lean, lean), random_.unit_vector());
-    T.linear() = (Eigen::Quaterniond(tilt) * rest).toRotationMatrix();
-    T.translation().z() -= static_cast<double>(heights_.gap_below(shape, T)) - 0.0005;
-    heights_.add(shape, T);
-    bodies_.push_back({std::move(shape), T, owner});
+    Eigen::Isometry3d lowest = Eigen::Isometry3d::Identity();
+    lowest.translation().z() = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < (apart ? 1 : kTries); ++i) {
+      const Eigen::Isometry3d T = come_down(shape, apart ? next_place() : somewhere(), free_form);
+      if (T.translation().z() < lowest.translation().z()) lowest = T;
+    }
+    heights_.add(shape, lowest);
+    bodies_.push_back({std::move(shape), lowest, owner});
   }
   [[nodiscard]] const std::vector<Body>& bodies() const { return bodies_; }
 
@@ -118,6 +118,19 @@ class Builder {
   static constexpr std::array<std::array<double, 2>, 6> kPlaces = {
       {{-0.26, -0.1}, {0.0, -0.12}, {0.26, -0.1}, {-0.24, 0.16}, {0.02, 0.14}, {0.26, 0.16}}};
 
+  static constexpr int kTries = 4;
+
+  [[nodiscard]] Eigen::Isometry3d come_down(const Shape& shape, const Eigen::Vector2d& place,
+                                            bool free_form) {
+    const double lean = parameters_.arrangement == Arrangement::kLeaning ? kLargestLean : 0.0;
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() << place, 1.0;
+    const Eigen::Quaterniond rest = resting_rotation(free_form, random_);
+    const Eigen::AngleAxisd tilt(random_.uniform(-lean, lean), random_.unit_vector());
+    T.linear() = (Eigen::Quaterniond(tilt) * rest).toRotationMatrix();
+    T.translation().z() -= static_cast<double>(heights_.gap_below(shape, T)) - 0.0005;
+    return T;
+  }
   [[nodiscard]] Eigen::Vector2d next_place() {
     const auto& place = kPlaces[(first_place_ + bodies_.size()) % kPlaces.size()];
     return {place[0], place[1]};
