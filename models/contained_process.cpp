@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -58,6 +60,15 @@ void limit(int resource, rlim_t value) {
   setrlimit(static_cast<__rlimit_resource>(resource), &bounds);
 }
 
+/// SIGPROF ends the process after `seconds` of processor time; RLIMIT_CPU knows whole seconds only.
+void limit_processor_time(double seconds) {
+  itimerval timer{};
+  const double whole = std::floor(seconds);
+  timer.it_value.tv_sec = static_cast<time_t>(whole);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - whole)) + 1;
+  setitimer(ITIMER_PROF, &timer, nullptr);
+}
+
 void write_all(int descriptor, const void* data, std::size_t size) {
   const char* next = static_cast<const char*>(data);
   while (size > 0) {
@@ -71,11 +82,11 @@ void write_all(int descriptor, const void* data, std::size_t size) {
 
 [[noreturn]] void run_child(int descriptor, const std::function<std::vector<std::byte>()>& work,
                             const ContainmentLimits& limits) {
-  for (const int signal : {SIGINT, SIGTERM, SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGPIPE}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGPIPE, SIGPROF}) {
     std::signal(signal, SIG_DFL);
   }
   limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, limits.cpu_seconds);
+  limit_processor_time(limits.cpu_seconds);
   // Sanitizers reserve terabytes of address space of which they use little.
   if (!BINPICK_RESERVES_ADDRESS_SPACE) {
     limit(RLIMIT_AS, address_space_in_use() + limits.memory_bytes);
@@ -124,8 +135,10 @@ ReadEnd read_stream(int descriptor, const ContainmentLimits& limits, std::vector
   }
 }
 
-std::string describe_end(int status) {
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return "takes too much processor time";
+std::string describe_end(int status, const ContainmentLimits& limits) {
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF) {
+    return fmt::format("takes longer than {:.3g} s of processor time", limits.cpu_seconds);
+  }
   if (WIFSIGNALED(status)) return fmt::format("crashes its reader (signal {})", WTERMSIG(status));
   return "ends its reader early";
 }
@@ -157,7 +170,7 @@ ContainedResult run_contained(const std::function<std::vector<std::byte>()>& wor
   } else if (end == ReadEnd::kTooLong) {
     result.problem = "is too large";
   } else if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || stream.empty()) {
-    result.problem = describe_end(status);
+    result.problem = describe_end(status, limits);
   } else if (stream.front() == std::byte{kProblem}) {
     result.problem.assign(reinterpret_cast<const char*>(stream.data()) + 1, stream.size() - 1);
   } else {

@@ -9,8 +9,8 @@ namespace binpick {
 
 /// Bounds for work whose input is not trusted.
 struct ContainmentLimits {
-  double wall_seconds = 10.0;           ///< then the process is killed
-  unsigned cpu_seconds = 10;            ///< processor time
+  double cpu_seconds = 10.0;            ///< processor time; what ends a loop without end
+  double wall_seconds = 30.0;           ///< what ends a wait; generous, as machines may be busy
   std::size_t memory_bytes = 1u << 30;  ///< address space beyond what the process has already
   std::size_t output_bytes = 1u << 30;  ///< of the answer
 };

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -115,7 +116,7 @@ TEST(ContainedProcess, ACrashIsContained) {
 
 TEST(ContainedProcess, AHangIsContained) {
   ContainmentLimits limits;
-  limits.wall_seconds = 0.3;
+  limits.cpu_seconds = 0.3;
   const auto begin = std::chrono::steady_clock::now();
   const ContainedResult result = run_contained(
       []() -> std::vector<std::byte> {
@@ -126,8 +127,20 @@ TEST(ContainedProcess, AHangIsContained) {
       },
       limits);
   EXPECT_FALSE(result.ok);
-  EXPECT_THAT(result.problem, HasSubstr("longer than 0.3 s"));
+  EXPECT_THAT(result.problem, HasSubstr("longer than 0.3 s of processor time"));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
+TEST(ContainedProcess, AWaitWithoutEndIsContained) {
+  ContainmentLimits limits;
+  limits.wall_seconds = 0.2;
+  const ContainedResult result = run_contained(
+      []() -> std::vector<std::byte> {
+        while (true) pause();
+      },
+      limits);
+  EXPECT_FALSE(result.ok);
+  EXPECT_THAT(result.problem, HasSubstr("longer than 0.2 s"));
 }
 
 TEST(ContainedProcess, GreedIsContained) {
