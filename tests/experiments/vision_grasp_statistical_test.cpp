@@ -1,8 +1,12 @@
 // Guards the closed loop: rendered depth, recognition, selection, impedance, placing.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "experiments/proportions.h"
+#include <array>
+#include <memory>
+
+#include "experiments/success_gate.h"
 #include "experiments/vision_grasp_trial.h"
 #include "models/yaml_config.h"
 
@@ -21,49 +25,42 @@ TrialContext context_of(std::int64_t trial) {
   return {TrialSeeds(4711, "gate", "cell", trial), trial, {}, {}, {}};
 }
 
-/// Runs trials of every object in one scenario; fails when the rate is below `minimum` beyond
-/// doubt.
-void expect_rate(const std::string& scenario, int trials_per_object, double minimum) {
-  std::int64_t successes = 0;
-  std::int64_t trials = 0;
+std::unique_ptr<VisionGraspTrial> prepared(const std::string& object, const std::string& scenario) {
+  auto kind = std::make_unique<VisionGraspTrial>();
+  read_yaml_text(kSubjects + ("object: " + object) + "\nscenario: " + scenario + "\n", "test",
+                 [&](ConfigVisitor& visitor) { kind->visit(visitor); });
+  kind->prepare(kScenes);
+  return kind;
+}
+
+/// Runs trials of the three objects in turn until a gate on their common rate has its verdict.
+void expect_rate(const std::string& scenario, double expected) {
+  std::array<std::unique_ptr<VisionGraspTrial>, 3> kinds = {
+      prepared("bottle", scenario), prepared("amicelli", scenario), prepared("rusk", scenario)};
+  SuccessGate gate(expected);
   std::string failures;
-  VisionGraspTrial kind;
-  for (const char* object : {"bottle", "amicelli", "rusk"}) {
-    read_yaml_text(
-        kSubjects + ("object: " + std::string(object)) + "\nscenario: " + scenario + "\n", "test",
-        [&](ConfigVisitor& visitor) { kind.visit(visitor); });
-    kind.prepare(kScenes);
-    for (int trial = 0; trial < trials_per_object; ++trial) {
-      const TrialRecord record = kind.run(context_of(trial));
-      ++trials;
-      if (record.outcome == TrialOutcome::kSuccess) {
-        ++successes;
-      } else {
-        failures += std::string(object) + " " + std::to_string(trial) + ": " +
-                    std::string(to_text(record.outcome)) + ", " + record.note + "\n";
-      }
-    }
+  for (std::int64_t i = 0; gate.verdict() == SuccessGate::Verdict::kOpen; ++i) {
+    const std::size_t object = static_cast<std::size_t>(i) % kinds.size();
+    const TrialRecord record = kinds[object]->run(context_of(i / std::ssize(kinds)));
+    gate.add(record.outcome == TrialOutcome::kSuccess);
+    if (record.outcome == TrialOutcome::kSuccess) continue;
+    failures += fmt::format("trial {}: {} at {}, {}\n", i, to_text(record.outcome),
+                            to_text(record.stage), record.note);
   }
-  EXPECT_GE(wilson_interval({successes, trials}).high, minimum)
-      << successes << " of " << trials << "\n"
+  EXPECT_EQ(gate.verdict(), SuccessGate::Verdict::kPassed)
+      << gate.seen().successes << " of " << gate.seen().trials << "\n"
       << failures;
 }
 
-TEST(VisionGrasp, SingleObjectsReachTheirPlaces) { expect_rate("single", 4, 0.95); }
+// Expected: a little less than `binpick run experiments/table2.yaml` has found (60/60 and 56/60).
+TEST(VisionGrasp, SingleObjectsReachTheirPlaces) { expect_rate("single", 0.95); }
 
-TEST(VisionGrasp, ObjectsOfAPileReachTheirPlaces) { expect_rate("pile", 2, 0.90); }
+TEST(VisionGrasp, ObjectsOfAPileReachTheirPlaces) { expect_rate("pile", 0.90); }
 
 TEST(VisionGrasp, TheSameSeedsGiveTheSameBitsOnAFreshAndOnAUsedInstance) {
-  const auto prepared = [] {
-    auto kind = std::make_unique<VisionGraspTrial>();
-    read_yaml_text(std::string(kSubjects) + "object: rusk\n", "test",
-                   [&](ConfigVisitor& visitor) { kind->visit(visitor); });
-    kind->prepare(kScenes);
-    return kind;
-  };
-  const auto used = prepared();
+  const auto used = prepared("rusk", "single");
   (void)used->run(context_of(1));
-  EXPECT_TRUE(identical(used->run(context_of(0)), prepared()->run(context_of(0))));
+  EXPECT_TRUE(identical(used->run(context_of(0)), prepared("rusk", "single")->run(context_of(0))));
 }
 
 }  // namespace
