@@ -16,6 +16,7 @@ struct RecognizeArguments {
   int jobs = 1;
   std::string setting = "default";  ///< or "paper"
   std::string viewpoint = "0,0,0";  ///< of the sensor in the scene's frame, m
+  std::string picture;              ///< PNG file to draw the detections into; empty for none
   bool json = false;                ///< machine-readable result on stdout
 };
 
