@@ -10,7 +10,7 @@
 namespace binpick {
 namespace {
 
-constexpr double kHopelessLogOdds = -8.0;  // no sliding helps
+constexpr double kHopelessLogOdds = -5.0;  // no sliding helps
 
 }  // namespace
 
@@ -77,9 +77,9 @@ void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& c
   }
 }
 
-const std::vector<SelectedCandidate>& CandidatePool::select() {
+const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
   DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_);
-  selected_ = selection.select();
+  selected_ = selection.select(is_last);
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
   return selected_;

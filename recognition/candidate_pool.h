@@ -26,8 +26,9 @@ class CandidatePool {
   /// coplanar pairs.
   void add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide);
 
-  /// Picks the consistent set among all candidates so far, best first.
-  const std::vector<SelectedCandidate>& select();
+  /// Picks the consistent set among all candidates so far, best first: greedily between rounds,
+  /// with exchanges in the end.
+  const std::vector<SelectedCandidate>& select(bool is_last = false);
 
   /// Moves the selected candidates along directions that their points leave open to where the
   /// silhouette fits best.

@@ -176,9 +176,9 @@ void DetectionSelection::exchange(std::vector<SelectedCandidate>& selected) {
   }
 }
 
-std::vector<SelectedCandidate> DetectionSelection::select() {
+std::vector<SelectedCandidate> DetectionSelection::select(bool with_exchanges) {
   std::vector<SelectedCandidate> selected = choose({});
-  exchange(selected);
+  if (with_exchanges) exchange(selected);
   std::stable_sort(selected.begin(), selected.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
   return selected;

@@ -42,8 +42,8 @@ class DetectionSelection {
                      const SensorEstimate& sensor, const AcceptanceModel& acceptance,
                      std::span<const Candidate> candidates);
 
-  /// Best first. Deterministic.
-  [[nodiscard]] std::vector<SelectedCandidate> select();
+  /// Best first, by greedy choice alone or with single exchanges after it. Deterministic.
+  [[nodiscard]] std::vector<SelectedCandidate> select(bool with_exchanges = true);
 
   /// After select(): the features on which the decision about each candidate fell, beside those
   /// chosen before it.

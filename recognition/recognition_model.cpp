@@ -8,6 +8,7 @@
 #include <map>
 
 #include "models/errors.h"
+#include "recognition/mesh_simplification.h"
 #include "recognition/surface_sampling.h"
 
 namespace binpick {
@@ -18,6 +19,7 @@ constexpr std::size_t kSurfaceSamples = 60000;
 constexpr float kPairPointsPerDiameter = 18.0f;
 constexpr float kDensePointsPerDiameter = 50.0f;
 constexpr std::size_t kMostRenderTriangles = 12000;
+constexpr double kRenderTolerance = 0.0015;  // of the diameter
 
 std::vector<Eigen::Vector3f> directions() {
   std::vector<Eigen::Vector3f> all;
@@ -117,7 +119,7 @@ void add_normals(RenderMesh& mesh) {
 
 /// Merges the vertices within cells of a grid: a mesh of scanner resolution holds far more
 /// triangles than an image of it has pixels.
-RenderMesh cluster_vertices(const TriangleMesh& mesh, double cell_size) {
+TriangleMesh cluster_vertices(const TriangleMesh& mesh, double cell_size) {
   struct Cluster {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int count = 0;
@@ -139,11 +141,10 @@ RenderMesh cluster_vertices(const TriangleMesh& mesh, double cell_size) {
     ++cluster.count;
     cluster_of.push_back(cluster.index);
   }
-  RenderMesh clustered;
+  TriangleMesh clustered;
   clustered.vertices.resize(clusters.size());
   for (const auto& [key, cluster] : clusters) {
-    clustered.vertices[static_cast<std::size_t>(cluster.index)] =
-        (cluster.sum / cluster.count).cast<float>();
+    clustered.vertices[static_cast<std::size_t>(cluster.index)] = cluster.sum / cluster.count;
   }
   for (const auto& triangle : mesh.triangles) {
     const std::int32_t a = cluster_of[static_cast<std::size_t>(triangle[0])];
@@ -155,13 +156,12 @@ RenderMesh cluster_vertices(const TriangleMesh& mesh, double cell_size) {
 }
 
 RenderMesh make_render_mesh(const TriangleMesh& mesh, float diameter) {
+  const bool is_dense = mesh.triangles.size() > kMostRenderTriangles;
+  const TriangleMesh coarse = simplify(is_dense ? cluster_vertices(mesh, diameter / 60.0) : mesh,
+                                       kRenderTolerance * static_cast<double>(diameter));
   RenderMesh render;
-  if (mesh.triangles.size() > kMostRenderTriangles) {
-    render = cluster_vertices(mesh, diameter / 60.0);
-  } else {
-    for (const Eigen::Vector3d& p : mesh.vertices) render.vertices.push_back(p.cast<float>());
-    render.triangles = mesh.triangles;
-  }
+  for (const Eigen::Vector3d& p : coarse.vertices) render.vertices.push_back(p.cast<float>());
+  render.triangles = coarse.triangles;
   add_normals(render);
   return render;
 }

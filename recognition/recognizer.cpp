@@ -295,6 +295,7 @@ void Run::recognize_in_rounds() {
   }
   // What shows a single flat face has no pairs but flat ones.
   if (!sampled.empty()) sample_round(kMostRounds, kFlatIterations, PairKind::kFlat, kFlatClusters);
+  pool.select(/*is_last=*/true);
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = static_cast<int>(pool.candidates().size());
   if (options_.keep_considered) keep_considered(pool);
