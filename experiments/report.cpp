@@ -6,6 +6,7 @@
 #include <array>
 
 #include "experiments/html.h"
+#include "experiments/recognition_report.h"
 #include "experiments/report_figures.h"
 #include "experiments/reproduce_line.h"
 #include "experiments/result_export.h"
@@ -18,9 +19,10 @@ namespace {
 
 constexpr const char* kStyle = R"(
 :root{--ink:#1b2430;--soft:#5b6775;--line:#d9dfe6;--ground:#fff;--panel:#f5f7fa;--ours:#2f7ebc;
---paper:#d9822b;--bad:#b3261e;--good:#1f7a3d}
+--paper:#d9822b;--bad:#b3261e;--good:#1f7a3d;
+--c0:var(--paper);--c1:var(--ours);--c2:var(--good);--c3:#8a4fb5}
 @media(prefers-color-scheme:dark){:root{--ink:#e6ebf1;--soft:#9aa7b5;--line:#33404e;
---ground:#12181f;--panel:#1a222b;--ours:#5aa7e0;--paper:#f0a04b;--bad:#ff8a80;--good:#6fcf97}}
+--ground:#12181f;--panel:#1a222b;--ours:#5aa7e0;--paper:#f0a04b;--bad:#ff8a80;--good:#6fcf97;--c3:#c39be0}}
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:72rem;padding:2rem 1.2rem 4rem;background:var(--ground);
 color:var(--ink);font:16px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",sans-serif}
@@ -39,6 +41,10 @@ svg .ours{fill:var(--ours)}
 svg .whisker{stroke:var(--ink);stroke-width:1.6}
 svg .paper{fill:var(--paper);stroke:var(--ground)}
 svg text{fill:var(--soft);font-size:10px}
+.plots{display:flex;flex-wrap:wrap;gap:1rem}
+svg.plot{max-width:100%;height:auto}
+svg .title{font-size:12px;font-weight:600;fill:var(--ink)}
+svg .mark{stroke:var(--soft);stroke-dasharray:2 3}
 .good{color:var(--good)}.bad{color:var(--bad);font-weight:600}
 code,pre{font:.84rem/1.45 ui-monospace,"SF Mono",Menlo,Consolas,monospace}
 pre{background:var(--panel);padding:1rem;overflow-x:auto;border-radius:.4rem}
@@ -71,6 +77,7 @@ class ReportPage {
 
   std::string html() {
     add_head();
+    html_ += recognition_section(experiment_, trials_);
     add_table();
     add_statements();
     add_outcomes();
@@ -205,7 +212,10 @@ class ReportPage {
   void add_measures() {
     std::map<std::string, std::vector<double>> measures;
     for (const auto& [key, trial] : trials_) {
-      for (const auto& [name, value] : trial.record.measures) measures[name].push_back(value);
+      // The measures `name.<i>` of single objects are one.
+      for (const auto& [name, value] : trial.record.measures) {
+        measures[name.substr(0, name.find('.'))].push_back(value);
+      }
     }
     if (measures.empty()) return;
     html_ += "<h2>Measures over all trials</h2>\n<div class=\"wide\"><table>\n<tr>" +
