@@ -20,7 +20,10 @@ enum class TrialOutcome {
   kDropped,
   kTimeout,   ///< the trial's own limit or, as a backstop, the wall-clock limit of the runner
   kDiverged,  ///< the simulation left the physical range
-  kCrashed,   ///< the worker process died or the trial threw
+  /// The arm's own safety closed the brakes: a limit on torque, rate, position or speed was
+  /// exceeded, or a sensor failed. The note says which.
+  kSafetyStop,
+  kCrashed,  ///< the worker process died or the trial threw
 };
 
 /// Where in the trial that happened.
@@ -40,7 +43,7 @@ inline constexpr std::array kTrialOutcomes = {
     TrialOutcome::kSuccess,     TrialOutcome::kNothingDetected, TrialOutcome::kWrongPose,
     TrialOutcome::kUnreachable, TrialOutcome::kCollisionAbort,  TrialOutcome::kFailedGrasp,
     TrialOutcome::kSlipped,     TrialOutcome::kDropped,         TrialOutcome::kTimeout,
-    TrialOutcome::kDiverged,    TrialOutcome::kCrashed};
+    TrialOutcome::kDiverged,    TrialOutcome::kSafetyStop, TrialOutcome::kCrashed};
 inline constexpr std::array kTrialStages = {
     TrialStage::kSetup,  TrialStage::kOverview, TrialStage::kRecognize,
     TrialStage::kSelect, TrialStage::kApproach, TrialStage::kGrasp,

@@ -32,6 +32,8 @@ void run_in_simulation(const TrialContext& context, TrialRecord& record,
     body(watch.context());
   } catch (const SimulationDiverged& diverged) {
     fail(record, TrialOutcome::kDiverged, watch.stage(), diverged.what());
+  } catch (const RobotStopped& stopped) {
+    fail(record, TrialOutcome::kSafetyStop, watch.stage(), stopped.what());
   } catch (const TimeBudgetSpent& spent) {
     fail(record, TrialOutcome::kTimeout, watch.stage(), spent.what());
   }
