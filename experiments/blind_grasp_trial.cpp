@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "experiments/referee.h"
 #include "experiments/trial_recorder.h"
@@ -21,10 +22,24 @@ constexpr double kTimeBudget = 60.0;
 
 }  // namespace
 
-void BlindGraspTrial::visit(ConfigVisitor& visitor) {
-  Parameters& p = parameters_;
+void BlindGraspTrial::visit(ConfigVisitor& visitor) { parameters_.visit(visitor); }
+
+void BlindGraspTrial::FixedPhysics::visit(ConfigVisitor& visitor) {
+  visitor.number("mass", mass, {.min = 0.0, .max = 3.0});
+  visitor.number("table_friction", table_friction, {.min = 0.0, .max = 2.0});
+  visitor.number("pad_friction", pad_friction, {.min = 0.0, .max = 2.0});
+  visitor.number("closing_speed", closing_speed, {.min = 0.0, .max = 0.42});
+}
+
+void BlindGraspTrial::Parameters::visit(ConfigVisitor& visitor) {
+  Parameters& p = *this;
   visitor.text("scene", p.scene, Presence::kRequired);
   visitor.text("grasp", p.grasp, Presence::kRequired);
+  visitor.number("grasp_turn_deg", p.grasp_turn, {.min = -180.0, .max = 180.0, .unit = kDegree});
+  visitor.number("grasp_tilt_deg", p.grasp_tilt, {.min = -29.0, .max = 29.0, .unit = kDegree});
+  visitor.number("grasp_raise", p.grasp_raise, {.min = -0.1, .max = 0.1});
+  visitor.number("pre_opening", p.pre_opening, {.min = 0.0, .max = 0.16});
+  visitor.number("pad_width", p.pad_width, {.min = 0.0, .max = 0.05});
   visitor.number("pose_error", p.pose_error, {.min = 0.0, .max = 0.2});
   visitor.group("stiffness", [&](ConfigVisitor& group) {
     const NumberSpec translation{.min = 0.0, .max = 5000.0};
@@ -43,7 +58,9 @@ void BlindGraspTrial::visit(ConfigVisitor& visitor) {
   visitor.number("grip_force", p.grip_force, {.min = 1.0, .max = 80.0});
   visitor.number("lift_height", p.lift_height, {.min = 0.12, .max = 0.3});
   visitor.number("hold_time", p.hold_time, {.min = 0.0, .max = 60.0});
+  visitor.number("torque_offset", p.torque_offset, {.min = 0.0, .max = 10.0});
   visitor.choice("physics", p.physics, {"drawn", "centre"});
+  visitor.group("fixed", [&](ConfigVisitor& inner) { p.fixed.visit(inner); });
 }
 
 std::vector<std::filesystem::path> BlindGraspTrial::input_files(
@@ -53,18 +70,53 @@ std::vector<std::filesystem::path> BlindGraspTrial::input_files(
 
 void BlindGraspTrial::prepare(const std::filesystem::path& config_directory) {
   const std::string file = (config_directory / parameters_.scene).string();
-  if (loaded_scene_ != file) {
-    const Scene scene = load_scene(file);
-    if (scene.object_names().size() != 1) {
-      throw InputError(
-          fmt::format("{}: a blind grasp wants a scene with one standing object", file));
-    }
-    world_ = make_world_template(scene);
-    knowledge_ = std::make_unique<RobotKnowledge>(cell_layout(scene), world_->parts.objects);
-    loaded_scene_ = file;
+  const Parameters& p = parameters_;
+  const std::string cell = fmt::format("{}, pads {}", file, p.pad_width);
+  const std::string grasp = fmt::format("{}, {} {} {} {} {}", cell, p.grasp, p.grasp_turn,
+                                        p.grasp_tilt, p.grasp_raise, p.pre_opening);
+  if (std::exchange(loaded_cell_, cell) != cell) load_world(file);
+  if (std::exchange(loaded_grasp_, grasp) != grasp) {
+    knowledge_ =
+        std::make_unique<RobotKnowledge>(cell_layout(world_->parts.scene), objects_to_grasp());
   }
   const World world(world_, centre_physics(world_->parts.objects));
   (void)nominal_plan(world);
+}
+
+void BlindGraspTrial::load_world(const std::string& scene_file) {
+  const Scene scene = load_scene(scene_file);
+  if (scene.object_names().size() != 1) {
+    throw InputError(fmt::format("{}: a blind grasp wants a scene with one object", scene_file));
+  }
+  world_ = make_world_template(scene);
+  if (parameters_.pad_width > 0.0) {
+    WorldParts parts = world_->parts;
+    parts.gripper.pad_width = parameters_.pad_width;
+    world_ = make_world_template(std::move(parts));
+  }
+}
+
+std::vector<ObjectModel> BlindGraspTrial::objects_to_grasp() const {
+  const Parameters& p = parameters_;
+  std::vector<ObjectModel> objects = world_->parts.objects;
+  for (Grasp& grasp : objects.front().grasps) {
+    if (grasp.name != p.grasp) continue;
+    grasp.T_object_grasp = grasp.T_object_grasp * Eigen::Translation3d(0.0, 0.0, -p.grasp_raise) *
+                           Eigen::AngleAxisd(p.grasp_turn, Eigen::Vector3d::UnitZ()) *
+                           Eigen::AngleAxisd(p.grasp_tilt, Eigen::Vector3d::UnitY());
+    if (p.pre_opening > 0.0) grasp.pre_opening = p.pre_opening;
+  }
+  return objects;
+}
+
+PhysicsDraw BlindGraspTrial::physics(const TrialContext& context) const {
+  PhysicsDraw draw = physics_of_trial(world_->parts.objects, parameters_.physics, context);
+  const FixedPhysics& fixed = parameters_.fixed;
+  ObjectDraw& object = draw.objects.front();
+  if (fixed.mass > 0.0) object.mass = fixed.mass;
+  if (fixed.table_friction > 0.0) object.table_friction = fixed.table_friction;
+  if (fixed.pad_friction > 0.0) object.pad_friction = fixed.pad_friction;
+  return draw;
 }
 
 GraspPlan BlindGraspTrial::nominal_plan(const World& world) const {
@@ -72,7 +124,7 @@ GraspPlan BlindGraspTrial::nominal_plan(const World& world) const {
   for (GraspPlan& plan : knowledge_->selector().feasible_grasps(believed)) {
     if (plan.grasp->name == parameters_.grasp) return plan;
   }
-  throw InputError(fmt::format("{}: the object has no feasible grasp named '{}'", loaded_scene_,
+  throw InputError(fmt::format("{}: the object has no feasible grasp named '{}'", parameters_.scene,
                                parameters_.grasp));
 }
 
@@ -86,7 +138,9 @@ SkillOptions BlindGraspTrial::skill_options(const TrialContext& context) const {
   options.approach_speed = p.approach_speed;
   options.lift_height = p.lift_height;
   Random draw(context.seeds.shared("closing speed"));
-  options.grip = {0.0, draw.uniform(p.closing_speed.low, p.closing_speed.high), p.grip_force};
+  const double drawn_speed = draw.uniform(p.closing_speed.low, p.closing_speed.high);
+  const double speed = p.fixed.closing_speed > 0.0 ? p.fixed.closing_speed : drawn_speed;
+  options.grip = {0.0, speed, p.grip_force};
   return options;
 }
 
@@ -99,7 +153,7 @@ TrialRecord BlindGraspTrial::run(const TrialContext& context) {
 
 void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) const {
   context.enter(TrialStage::kSetup);
-  World world(world_, physics_of_trial(world_->parts.objects, parameters_.physics, context));
+  World world(world_, physics(context));
   const GraspPlan plan = nominal_plan(world);
   world.set_arm_position(plan.q_pregrasp, plan.grasp->pre_opening);
 
@@ -111,12 +165,12 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
   record.measures["error_direction_rad"] = direction;
 
   TrialRecorder recorder(context, world);
-  SimulatedRobot robot(world, nullptr,
-                       {.camera_noise = {},
-                        .sensor_noise = {},
-                        .time_budget = kTimeBudget,
-                        .seed = context.seeds.shared("sensors"),
-                        .on_step = recorder.callback()});
+  SimulatedRobotOptions options;
+  options.sensor_noise.torque_offset = parameters_.torque_offset;
+  options.time_budget = kTimeBudget;
+  options.seed = context.seeds.shared("sensors");
+  options.on_step = recorder.callback();
+  SimulatedRobot robot(world, nullptr, std::move(options));
   RobotSkills skills = knowledge_->make_skills(robot, nullptr, skill_options(context));
 
   context.enter(TrialStage::kApproach);
