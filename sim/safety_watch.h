@@ -26,7 +26,7 @@ class SafetyWatch {
                                                  const JointState& sensed);
 
   static constexpr double kTorqueRate = 1000.0;  ///< Nm/s; what comparable arms allow
-  static constexpr double kPatience = 0.1;       ///< s
+  static constexpr double kPatience = 0.02;      ///< s
   static constexpr int kWindow = 50;             ///< control periods
 
  private:

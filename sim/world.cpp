@@ -104,6 +104,7 @@ void World::step() {
   drive_gripper();
   for (int i = 0; i < substeps_; ++i) {
     if (!drives_ || arm_held_) {
+      if (surface_) clear_applied_torques();
       step_physics();
       continue;
     }
@@ -116,9 +117,38 @@ void World::step() {
 
 void World::step_physics() {
   const double time_before = data_->time;
+  if (surface_) press_surface();
   mj_step(model_.get(), data_.get());
   check_step(time_before);
   pin();
+}
+
+void World::clear_applied_torques() {
+  for (const int dof : shared_->index.arm_dof) data_->qfrc_applied[dof] = 0.0;
+}
+
+void World::press_surface() {
+  refresh_poses();
+  mj_comPos(model_.get(), data_.get());
+  const int site = shared_->index.tcp_site;
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_world_tcp(
+      data_->site_xmat + 9 * site);
+  const Eigen::Vector3d p_world = R_world_tcp * surface_->p_tcp +
+                                  Eigen::Map<const Eigen::Vector3d>(data_->site_xpos + 3 * site);
+  std::vector<mjtNum> jacobian(3 * static_cast<std::size_t>(model_->nv));
+  mj_jac(model_.get(), data_.get(), jacobian.data(), nullptr, p_world.data(),
+         model_->site_bodyid[site]);
+  const mjtNum* upward = jacobian.data() + 2 * model_->nv;
+
+  const double depth = surface_->height - p_world.z();
+  const double sinking = -mju_dot(upward, data_->qvel, model_->nv);
+  surface_force_ =
+      depth > 0.0
+          ? std::max(0.0, surface_->stiffness * depth * (1.0 + surface_->dissipation * sinking))
+          : 0.0;
+  for (const int dof : shared_->index.arm_dof) {
+    data_->qfrc_applied[dof] += upward[dof] * surface_force_;
+  }
 }
 
 void World::step_elastic_arm() {

@@ -15,6 +15,16 @@
 
 namespace binpick {
 
+/// A horizontal elastic plane that one point of the tool presses on, without friction: a contact
+/// whose stiffness is known. Force k d (1 + c d_dot) at depth d, never pulling (Hunt and Crossley
+/// 1975).
+struct CompliantSurface {
+  double height = 0.0;                              ///< m
+  double stiffness = 30000.0;                       ///< k, N/m
+  double dissipation = 0.2;                         ///< c, s/m
+  Eigen::Vector3d p_tcp = Eigen::Vector3d::Zero();  ///< the tool's point, tool-centre frame, m
+};
+
 /// Everything that determines a world's future, bit for bit.
 struct WorldState {
   double time = 0.0;
@@ -87,8 +97,14 @@ class World {
   [[nodiscard]] bool object_between_pads(int object) const;
   /// Whether anything but the robot touches the object.
   [[nodiscard]] bool object_supported(int object) const;
-  /// Sum of the contact forces on arm and gripper in the last step, world axes, N.
+  /// Sum of the contact forces on arm and gripper in the last step, surface included, world axes,
+  /// N.
   [[nodiscard]] Eigen::Vector3d contact_force_on_robot() const;
+
+  /// Puts a compliant surface into the cell, or takes it out. Not part of the saved state.
+  void set_surface(const std::optional<CompliantSurface>& surface) { surface_ = surface; }
+  /// What the surface pushes up with in the last physics step, N.
+  [[nodiscard]] double surface_force() const noexcept { return surface_force_; }
 
   /// Puts the pile's frame in place or takes it away. Scenes without a frame ignore it.
   void set_frame_present(bool present);
@@ -118,6 +134,8 @@ class World {
   void close_brakes(bool closed);
   void drive_gripper();
   void step_physics();
+  void clear_applied_torques();
+  void press_surface();
   void step_elastic_arm();
   void pin();
   void pin_arm();
@@ -136,6 +154,8 @@ class World {
   std::optional<ElasticDrives> drives_;
   int substeps_ = 1;
   std::function<JointVector(const JointState&)> torque_loop_;
+  std::optional<CompliantSurface> surface_;
+  double surface_force_ = 0.0;
   bool arm_held_ = true;
   JointVector held_position_ = JointVector::Zero();
   std::vector<bool> parked_;

@@ -113,7 +113,7 @@ bool World::object_supported(int object) const {
 
 Eigen::Vector3d World::contact_force_on_robot() const {
   const WorldIndex& index = shared_->index;
-  Eigen::Vector3d total = Eigen::Vector3d::Zero();
+  Eigen::Vector3d total(0.0, 0.0, surface_ ? surface_force_ : 0.0);
   visit_contacts([&](const mjContact& contact, const std::array<mjtNum, 6>& wrench) {
     // The rows of the contact frame are its axes; the force is what geom1 does to geom2.
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(contact.frame);

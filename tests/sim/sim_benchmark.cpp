@@ -16,6 +16,15 @@ void step_standing_bottle(benchmark::State& state) {
 }
 BENCHMARK(step_standing_bottle)->Unit(benchmark::kMicrosecond);
 
+void step_standing_bottle_elastic_arm(benchmark::State& state) {
+  const auto shared = cell("blind_bottle");
+  World world(shared, centre_physics(shared->parts.objects), load_lwr_drives());
+  world.hold_arm(false);
+  world.set_arm_torques(world.balancing_torques());
+  for (auto _ : state) world.step();
+}
+BENCHMARK(step_standing_bottle_elastic_arm)->Unit(benchmark::kMicrosecond);
+
 void step_settled_pile_of_seven(benchmark::State& state) {
   World world = make_world("pile");
   drop_pile(world, 1);

@@ -1,9 +1,13 @@
 #include "sim/simulated_robot.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "sim/simulation_error.h"
 #include "sim/world_support.h"
@@ -67,6 +71,76 @@ TEST(SimulatedRobot, SensorNoiseHasTheStatedSizeAndSeed) {
   EXPECT_LE(std::abs(mean), 0.31);
   EXPECT_GT(std::abs(mean), 1e-3);
   EXPECT_NEAR(std::sqrt(squares / kSteps - mean * mean), 0.05, 0.005);
+}
+
+TEST(SimulatedRobot, LatencyDelaysWhatTheBrainSees) {
+  World prompt_world = make_world("single_bottle");
+  World late_world = make_world("single_bottle");
+  SimulatedRobot prompt(prompt_world, nullptr, {});
+  SimulatedRobotOptions options;
+  options.latency = 2;
+  SimulatedRobot late(late_world, nullptr, options);
+  RobotCommand command;
+  command.tau = prompt_world.balancing_torques() + JointVector::Constant(0.3);
+  std::vector<JointVector> history{prompt.state().joints.q, prompt.state().joints.q};
+  for (int i = 0; i < 20; ++i) {
+    history.push_back(prompt.exchange(command).joints.q);
+    EXPECT_EQ(late.exchange(command).joints.q, history[history.size() - 3]) << i;
+  }
+}
+
+class FailingSensor : public ::testing::TestWithParam<std::pair<SensorFault::Kind, const char*>> {};
+
+TEST_P(FailingSensor, ClosesTheBrakesAndSaysWhich) {
+  World world = make_world("single_bottle");
+  world.park_object(0);
+  SimulatedRobotOptions options;
+  options.fault = SensorFault{GetParam().first, 2, 0.2};
+  SimulatedRobot robot(world, nullptr, options);
+  // Joint 3 turns at 0.6 rad/s, by a servo that knows the truth.
+  JointVector speed = JointVector::Zero();
+  speed[2] = 0.6;
+  std::string message;
+  try {
+    for (int i = 0; i < 600; ++i) {
+      RobotCommand command;
+      command.tau = world.balancing_torques() + speed - world.sensors().joints.qd;
+      robot.exchange(command);
+    }
+  } catch (const RobotStopped& stopped) {
+    message = stopped.what();
+  }
+  EXPECT_THAT(message, ::testing::HasSubstr("joint 3"));
+  EXPECT_THAT(message, ::testing::HasSubstr(GetParam().second));
+  EXPECT_GT(world.time(), 0.2);
+  const JointVector q = world.sensors().joints.q;
+  testing::step_for(world, 0.5);
+  EXPECT_EQ(world.sensors().joints.q, q);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SimulatedRobot, FailingSensor,
+    ::testing::Values(std::pair(SensorFault::Kind::kPositionNan, "position sensor delivers no"),
+                      std::pair(SensorFault::Kind::kTorqueNan, "torque sensor delivers no"),
+                      std::pair(SensorFault::Kind::kFrozen, "sensors differ")));
+
+TEST(SimulatedRobot, DrivesFallBackToTheCommandWhenTheirTorqueLoopFails) {
+  const auto shared = cell("single_bottle");
+  World world(shared, centre_physics(shared->parts.objects), load_lwr_drives());
+  world.park_object(0);
+  SimulatedRobotOptions options;
+  int calls = 0;
+  options.torque_loop = [&](const JointState&, const JointVector& tau, double) {
+    ++calls;
+    return JointVector(tau * std::numeric_limits<double>::quiet_NaN());
+  };
+  SimulatedRobot robot(world, nullptr, options);
+  RobotCommand command;
+  command.tau = world.balancing_torques();
+  const JointVector q = robot.state().joints.q;
+  for (int i = 0; i < 500; ++i) robot.exchange(command);
+  EXPECT_EQ(calls, 1500);
+  EXPECT_LT((robot.state().joints.q - q).cwiseAbs().maxCoeff(), 1e-3);
 }
 
 TEST(SimulatedRobot, EveryFrameHasItsOwnNoise) {
