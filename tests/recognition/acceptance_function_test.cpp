@@ -73,6 +73,24 @@ TEST_F(AcceptanceFunction, CascadeAgreesWithTheFullCountWhenItAccepts) {
   }
 }
 
+// Far enough visible, so that nothing but the penalty can tell that it is wrong.
+TEST_F(AcceptanceFunction, APoseThatSticksOutIsRejectedByThePenaltyAlone) {
+  int tried = 0;
+  for (const testing::TrueInstance& instance : scene_.instances) {
+    const RecognitionModel& model = models_[instance.model];
+    Eigen::Isometry3f T = instance.T_camera_model.cast<float>();
+    for (int step = 0; step < 30; ++step) {
+      T.translation().x() += 0.002f;
+      const FacingCounts counts = count_facing(observed_, model, T, 0.006f, 0, 256);
+      if (counts.matched < 0.3 * counts.facing || counts.occluding < 0.3 * counts.facing) continue;
+      ++tried;
+      EXPECT_FALSE(test_in_cascade(observed_, model, T, {0.006f, 0.18f, 0.2f}));
+      EXPECT_TRUE(test_in_cascade(observed_, model, T, {0.006f, 0.18f, 1.0f}));
+    }
+  }
+  EXPECT_GE(tried, 3);
+}
+
 TEST_F(AcceptanceFunction, ModelBelowTheTableSinks) {
   for (const testing::TrueInstance& instance : scene_.instances) {
     const RecognitionModel& model = models_[instance.model];
