@@ -20,7 +20,7 @@ CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& s
       scene_(scene),
       acceptance_(acceptance),
       sensor_(estimate_sensor(scene)),
-      facing_visibility_(1.2 * visibility),
+      facing_visibility_(0.6 * visibility),
       jobs_(jobs),
       dilation_(estimate_dilation({}, acceptance)) {}
 

@@ -45,6 +45,8 @@ class CandidatePool {
   /// How many candidates would stand alone.
   [[nodiscard]] int accepted() const;
   [[nodiscard]] const SensorEstimate& sensor() const noexcept { return sensor_; }
+  /// Of silhouettes, pixels of the working resolution, as the last selection estimated it.
+  [[nodiscard]] double dilation() const noexcept { return dilation_; }
 
  private:
   void verify(const std::vector<Hypothesis>& hypotheses, bool slide);

@@ -51,6 +51,9 @@ class EvidencePass {
         claimant_(claimant),
         window_(gatherer.rasterizer_.render(model.render_mesh, T_camera_model, projection_)) {
     gatherer.rendered_ = &window_;
+    gatherer.model_ = &model;
+    gatherer.R_camera_model_ = R_;
+    gatherer.steps_.clear();
   }
 
   HypothesisEvidence run() {
@@ -196,10 +199,26 @@ class EvidencePass {
     }
   }
 
-  void add_edge(float offset) {
+  void add_edge(int u, int v, int du, int dv, int offset) {
     ++evidence_.edges_matched;
-    offset_sum_ += offset;
-    offset_squares_ += offset * offset;
+    offset_sum_ += static_cast<float>(offset);
+    offset_squares_ += static_cast<float>(offset * offset);
+    gatherer_.steps_.push_back({window_.u0 + u, window_.v0 + v, du, dv, offset,
+                                window_.depth[window_.index(u, v)], outwards(u, v)});
+  }
+
+  /// The direction in which the covered part of the neighbourhood thins out.
+  [[nodiscard]] Eigen::Vector2f outwards(int u, int v) const {
+    constexpr int kReach = 3;
+    Eigen::Vector2f inwards = Eigen::Vector2f::Zero();
+    for (int dv = -kReach; dv <= kReach; ++dv) {
+      for (int du = -kReach; du <= kReach; ++du) {
+        if (verdict_at(u + du, v + dv) != kOutside) {
+          inwards += Eigen::Vector2f(static_cast<float>(du), static_cast<float>(dv));
+        }
+      }
+    }
+    return -inwards.normalized();
   }
 
   /// From a pixel of the silhouette: where does the scene step back?
@@ -215,7 +234,9 @@ class EvidencePass {
   void walk_inwards(int u, int v, int du, int dv) {
     for (int k = 1; k <= kInwardReach; ++k) {
       const Verdict inside = verdict_at(u - k * du, v - k * dv);
-      if (inside == kMatched || inside == kBadNormal) return add_edge(static_cast<float>(-k));
+      if (inside == kMatched || inside == kBadNormal) {
+        return add_edge(u, v, du, dv, -k);
+      }
       if (inside != kSeenThrough) return;
     }
     ++evidence_.edges_missed;
@@ -246,7 +267,7 @@ class EvidencePass {
       const float plane = n_ray < -0.05f ? height / n_ray : z + farthest;
       const float behind = seen.depth - std::clamp(plane, z - farthest, z + farthest);
       const float limit = std::sqrt(limit_squared(z, n_ray)) / std::max(-n_ray, 0.3f);
-      if (behind > kStepBand * limit) return add_edge(static_cast<float>(k - 1));
+      if (behind > kStepBand * limit) return add_edge(u, v, du, dv, k - 1);
       if (behind < -kContinuedBand * limit) return;  // an occluder or a neighbour in front
       if ((seen.flags & ScenePixel::kSupport) != 0 || is_claimed(index)) return;
       reliable = (seen.flags & ScenePixel::kNormal) != 0;
@@ -317,6 +338,25 @@ void EvidenceGatherer::explained_pixels(std::vector<int>& pixels) const {
     for (int u = 0; u < rendered_->width; ++u, ++i) {
       if (verdicts_[i] != kMatched && verdicts_[i] != kBadNormal) continue;
       pixels.push_back((rendered_->v0 + v) * scene_.projection().width + rendered_->u0 + u);
+    }
+  }
+}
+
+void EvidenceGatherer::matched_pixels(int stride, std::vector<MatchedPixel>& pixels) const {
+  pixels.clear();
+  if (rendered_ == nullptr) return;
+  const Projection& projection = scene_.projection();
+  for (int v = stride / 2; v < rendered_->height; v += stride) {
+    for (int u = stride / 2; u < rendered_->width; u += stride) {
+      const std::size_t i = rendered_->index(u, v);
+      if (verdicts_[i] != kMatched) continue;
+      const Eigen::Vector3f ray = projection.point(rendered_->u0 + u, rendered_->v0 + v, 1.0f);
+      const auto triangle = static_cast<std::size_t>(rendered_->triangle[i]);
+      const Eigen::Vector3f normal = R_camera_model_ * model_->render_mesh.normals[triangle];
+      const float z = rendered_->depth[i];
+      const int index = (rendered_->v0 + v) * projection.width + rendered_->u0 + u;
+      pixels.push_back({z * ray, normal, scene_.pixel(index).depth * ray,
+                        sensor_.normal_variance(z, normal.dot(ray), 1.0f / projection.fx)});
     }
   }
 }

@@ -48,6 +48,23 @@ struct HypothesisEvidence {
 /// Which accepted hypothesis explains a pixel of the working resolution; -1 for none.
 using PixelClaims = std::vector<std::int32_t>;
 
+/// A pixel in which model and scene agree.
+struct MatchedPixel {
+  Eigen::Vector3f p;  ///< of the model, camera frame
+  Eigen::Vector3f normal;
+  Eigen::Vector3f q;      ///< of the scene
+  float variance = 0.0f;  ///< of q along the normal, from the sensor alone, m^2
+};
+
+/// A place at which the scene steps back beside the model's silhouette.
+struct SilhouetteStep {
+  int u = 0, v = 0;    ///< the silhouette's pixel in the working image
+  int du = 0, dv = 0;  ///< the direction outwards that was walked
+  int offset = 0;      ///< pixels from there to the last one on the surface
+  float depth = 0.0f;  ///< of the model, m
+  Eigen::Vector2f outwards = Eigen::Vector2f::Zero();  ///< silhouette's normal in the image
+};
+
 /// Renders hypotheses and compares them with one scene. Keeps its buffers between calls: one object
 /// per thread.
 class EvidenceGatherer {
@@ -67,6 +84,13 @@ class EvidenceGatherer {
   /// ascending indices into the scene's working image.
   void explained_pixels(std::vector<int>& pixels) const;
 
+  /// Replaces `pixels` by those that matched in the last call of gather, every `stride`-th in both
+  /// directions, and returns the model's points in them.
+  void matched_pixels(int stride, std::vector<MatchedPixel>& pixels) const;
+
+  /// The steps beside the silhouette in the last call of gather.
+  [[nodiscard]] const std::vector<SilhouetteStep>& silhouette_steps() const { return steps_; }
+
  private:
   friend class EvidencePass;
 
@@ -74,8 +98,11 @@ class EvidenceGatherer {
   const SensorEstimate& sensor_;
   DepthRasterizer rasterizer_;
   const RenderedModel* rendered_ = nullptr;
+  const RecognitionModel* model_ = nullptr;
+  Eigen::Matrix3f R_camera_model_ = Eigen::Matrix3f::Identity();
   std::vector<float> ray_x_;            // x / z of the window's columns
   std::vector<std::uint8_t> verdicts_;  // of the window's pixels
+  std::vector<SilhouetteStep> steps_;
 };
 
 /// The band along the normal within which a model and a noise-free scene agree, m: models are wrong

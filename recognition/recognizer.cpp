@@ -16,6 +16,7 @@
 #include "recognition/cloud_projection.h"
 #include "recognition/conflict_graph.h"
 #include "recognition/iteration_count.h"
+#include "recognition/joint_refinement.h"
 #include "recognition/observed_scene.h"
 #include "recognition/parallel_for.h"
 #include "recognition/pose_refinement.h"
@@ -243,7 +244,14 @@ void Run::recognize_as_printed() {
   add_time("select", watch.lap());
   for (const int node : kept) {
     const auto index = static_cast<std::size_t>(node);
-    report(solutions[index].model, solutions[index].T_camera_model.cast<double>(), sizes[index]);
+    const Hypothesis& solution = solutions[index];
+    const Eigen::Isometry3d T = solution.T_camera_model.cast<double>();
+    const auto M = static_cast<std::size_t>(solution.model);
+    report(solution.model,
+           options_.refine ? refine_pose(scene_, library_.models()[M], T,
+                                         static_cast<double>(tolerances[M].fine))
+                           : T,
+           sizes[index]);
   }
   add_time("refine", watch.lap());
 }
@@ -300,10 +308,21 @@ void Run::recognize_in_rounds() {
   result_.counters.verified = static_cast<int>(pool.candidates().size());
   if (options_.keep_considered) keep_considered(pool);
   pool.slide_selected();
+  std::vector<Candidate> objects;
   for (const SelectedCandidate& selected : pool.selected()) {
-    const Candidate& candidate = pool.candidates()[selected.candidate];
-    report(candidate.model, candidate.T_camera_model.cast<double>(),
+    objects.push_back(pool.candidates()[selected.candidate]);
+  }
+  std::vector<RefinedPose> refined(objects.size());
+  if (options_.refine) {
+    refined =
+        refine_jointly(models, scene_, pool.sensor(), pool.dilation(), objects, options_.jobs);
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const SelectedCandidate& selected = pool.selected()[i];
+    report(objects[i].model,
+           options_.refine ? refined[i].T_camera_model : objects[i].T_camera_model.cast<double>(),
            static_cast<int>(leaves_of(scene_, selected.pixels).size()));
+    result_.detections.back().covariance = refined[i].covariance;
     result_.detections.back().confidence = probability(selected.log_odds);
   }
   add_time("refine", watch.lap());
@@ -339,9 +358,7 @@ void Run::report(int model, const Eigen::Isometry3d& T_camera_model, int explain
   const float epsilon = tolerances_for(shape, scene_.noise()).fine;
   Detection detection;
   detection.model = shape.name;
-  detection.T_scene_model =
-      options_.refine ? refine_pose(scene_, shape, T_camera_model, static_cast<double>(epsilon))
-                      : T_camera_model;
+  detection.T_scene_model = T_camera_model;
   const Acceptance terms =
       evaluate_acceptance(scene_, shape, detection.T_scene_model.cast<float>(), epsilon);
   detection.visibility = terms.visibility;
@@ -429,6 +446,9 @@ RecognitionResult Recognizer::recognize(const RangeImage& image,
   RecognitionResult result = Run(*library_, options_, image, seed).recognize();
   for (Detection& detection : result.detections) {
     detection.T_scene_model = T_scene_camera * detection.T_scene_model;
+    Eigen::Matrix<double, 6, 6> R = Eigen::Matrix<double, 6, 6>::Zero();
+    R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = T_scene_camera.linear();
+    detection.covariance = R * detection.covariance * R.transpose();
   }
   for (SupportPlane& plane : result.support_planes) plane = moved(plane, T_scene_camera);
   result.total_seconds = watch.lap();

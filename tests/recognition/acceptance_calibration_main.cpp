@@ -45,6 +45,13 @@ struct Arguments {
 struct FrameRows {
   std::vector<LabelledFeatures> candidates;  ///< all that were compared with the scene
   std::vector<LabelledFeatures> selected;    ///< those that a low threshold lets through
+  /// Per instance inside the image: what it shows, and whether any candidate had its pose.
+  struct Instance {
+    double visible_share = 0.0;
+    bool was_candidate = false;
+    bool is_selected = false;
+  };
+  std::vector<Instance> instances;
 };
 
 /// Half the scans as harsh as the generator can, the other half from all named variants in turn;
@@ -93,14 +100,24 @@ class Calibration {
     const RecognitionResult result =
         recognize(Recognizer(libraries_[recipe.set], options), frame, seed);
     FrameRows rows;
-    std::vector<bool> found(frame.scene.instances.size(), false);
+    const std::size_t instances = frame.scene.instances.size();
+    std::vector<FrameRows::Instance> seen(instances);
     for (const ConsideredHypothesis& considered : result.considered) {
+      const auto instance = instance_at(considered, frame, libraries_[recipe.set]->models());
+      const bool is_right = instance < instances;
+      if (is_right) {
+        seen[instance].was_candidate = true;
+        seen[instance].is_selected |= considered.is_selected;
+      }
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
-      const auto instance = instance_at(considered, frame, libraries_[recipe.set]->models());
-      const bool is_right = instance < found.size();
       rows.candidates.push_back({considered.features, is_right, kCandidateWeight});
       if (considered.is_selected) rows.selected.push_back({considered.features, is_right, 1.0});
+    }
+    for (std::size_t i = 0; i < instances; ++i) {
+      if (!frame.scene.instances[i].in_frame) continue;
+      seen[i].visible_share = frame.scene.instances[i].visible_share;
+      rows.instances.push_back(seen[i]);
     }
     return rows;
   }
@@ -192,6 +209,29 @@ void print_rates(const AcceptanceModel& model, const std::vector<FrameRows>& fra
   }
 }
 
+/// Who loses what is not found: the generation of hypotheses or their acceptance.
+void print_losses(const std::vector<FrameRows>& frames) {
+  fmt::print("visible       instances  with a candidate  selected at 0.05\n");
+  constexpr std::array<double, 5> kEdges = {0.15, 0.3, 0.5, 0.7, 1.01};
+  for (std::size_t bin = 0; bin + 1 < kEdges.size(); ++bin) {
+    int all = 0;
+    int candidates = 0;
+    int selected = 0;
+    for (const FrameRows& frame : frames) {
+      for (const FrameRows::Instance& instance : frame.instances) {
+        if (instance.visible_share < kEdges[bin] || instance.visible_share >= kEdges[bin + 1]) {
+          continue;
+        }
+        ++all;
+        if (instance.was_candidate) ++candidates;
+        if (instance.is_selected) ++selected;
+      }
+    }
+    fmt::print("{:.2f} - {:.2f} {:>12} {:>17} {:>17}\n", kEdges[bin],
+               std::min(kEdges[bin + 1], 1.0), all, candidates, selected);
+  }
+}
+
 void write_rows(const std::filesystem::path& path, const std::vector<FrameRows>& frames) {
   std::ofstream file(path);
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -263,6 +303,7 @@ int calibrate(int argc, char** argv) {
       append(rows, frame.candidates);
       append(selected, frame.selected);
     }
+    print_losses(frames);
     if (pass > 0) {
       fmt::print("pass {}: the model of the pass before on fresh scans\n", pass + 1);
       print_reliability(model, frames);

@@ -1,0 +1,185 @@
+#include "recognition/joint_refinement.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "recognition/parallel_for.h"
+#include "recognition/point_to_plane.h"
+
+namespace binpick {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+constexpr int kPairings = 4;
+constexpr int kMostPixels = 700;  // of an object: more are too much alike to say more
+constexpr std::size_t kLeastPixels = 12;
+constexpr double kStepCorrelation = 2.0;  // neighbouring steps that err alike
+constexpr float kLeastAcross = 0.6f;      // of a walked direction across the silhouette
+constexpr int kFarthestStep = 3;          // pixels from the dilation: others are other objects'
+
+/// The observations of one object at one pose, and what they weigh.
+class ObjectEquations {
+ public:
+  ObjectEquations(const ObservedScene& scene, const SensorEstimate& sensor, double dilation,
+                  const RecognitionModel& model, const RefinementOptions& options)
+      : scene_(scene), sensor_(sensor), dilation_(dilation), model_(model), options_(options) {}
+
+  /// Renders the object and collects what `claims` leaves it.
+  void observe(EvidenceGatherer& gatherer, const Eigen::Isometry3d& T_camera_model,
+               const PixelClaims& claims, std::int32_t claimant) {
+    const HypothesisEvidence evidence =
+        gatherer.gather(model_, T_camera_model.cast<float>(), &claims, claimant);
+    const int stride =
+        std::max(1, static_cast<int>(std::ceil(std::sqrt(evidence.matched / double{kMostPixels}))));
+    gatherer.matched_pixels(stride, pixels_);
+    observations_.clear();
+    add_surface(stride, T_camera_model);
+    surface_count_ = observations_.size();
+    for (const SilhouetteStep& step : gatherer.silhouette_steps()) add_step(step);
+  }
+
+  [[nodiscard]] const std::vector<PlaneObservation>& observations() const { return observations_; }
+  [[nodiscard]] std::size_t surface_count() const { return surface_count_; }
+
+  [[nodiscard]] Matrix6d covariance(const Eigen::Isometry3d& T_camera_model) const {
+    const Eigen::Vector3d origin = T_camera_model.translation();
+    // The seventh unknown is the error that all steps share; it is known to within its prior.
+    Eigen::Matrix<double, 7, 7> information = Eigen::Matrix<double, 7, 7>::Zero();
+    const double pixel = origin.z() / static_cast<double>(scene_.projection().fx);
+    information(6, 6) = 1.0 / std::pow(options_.common_step_error * pixel, 2);
+    for (std::size_t i = 0; i < observations_.size(); ++i) {
+      const PlaneObservation& o = observations_[i];
+      Eigen::Matrix<double, 7, 1> row;
+      row << (o.p - origin).cross(o.normal), o.normal, i < surface_count_ ? 0.0 : 1.0;
+      information += o.weight / (o.scale * o.scale) * row * row.transpose();
+    }
+    // Motions that nothing fixes: no pose is farther off than its model is large.
+    const auto diameter = static_cast<double>(model_.diameter);
+    information.diagonal().head<3>().array() += 1.0 / (0.25 * 0.25);
+    information.diagonal().segment<3>(3).array() += 1.0 / std::pow(0.25 * diameter, 2);
+    const Eigen::Matrix<double, 7, 7> all =
+        information.ldlt().solve(Eigen::Matrix<double, 7, 7>::Identity());
+    Matrix6d covariance = all.topLeftCorner<6, 6>();
+    const Eigen::Vector3d sight = origin.normalized();
+    covariance.bottomRightCorner<3, 3>() +=
+        std::pow(options_.depth_error * origin.norm(), 2) * sight * sight.transpose();
+    return 0.5 * (covariance + covariance.transpose());
+  }
+
+ private:
+  /// A pixel counts by the inverse of what its neighbourhood's errors add up to.
+  void add_surface(int stride, const Eigen::Isometry3d& T_camera_model) {
+    const double pixel =
+        T_camera_model.translation().z() / static_cast<double>(scene_.projection().fx);
+    const auto diameter = static_cast<double>(model_.diameter);
+    const double patch_pixels = std::max(std::pow(options_.patch * diameter / pixel, 2), 1.0);
+    const double shape_variance = std::pow(options_.shape_error * diameter, 2);
+    const auto tolerance = static_cast<double>(model_tolerance(model_));
+    for (const MatchedPixel& matched : pixels_) {
+      const auto noise = static_cast<double>(matched.variance);
+      const double alike =
+          static_cast<double>(sensor_.correlated_pixels) * noise + patch_pixels * shape_variance;
+      const double scale_squared = tolerance * tolerance + noise;
+      observations_.push_back({matched.p.cast<double>(), matched.normal.cast<double>(),
+                               matched.q.cast<double>(), std::sqrt(scale_squared),
+                               stride * stride * scale_squared / alike});
+    }
+  }
+
+  /// The plane through the sensor and the observed contour.
+  void add_step(const SilhouetteStep& step) {
+    const Eigen::Vector2f walked(static_cast<float>(step.du), static_cast<float>(step.dv));
+    if (!(step.outwards.dot(walked) > kLeastAcross)) return;
+    const double moved = step.offset - dilation_;
+    if (std::abs(moved) > kFarthestStep) return;
+    const Projection& projection = scene_.projection();
+    const auto point_at = [&](double along) {
+      const double u = step.u + along * step.du;
+      const double v = step.v + along * step.dv;
+      return Eigen::Vector3d(
+          static_cast<double>(step.depth) *
+          Eigen::Vector3d(
+              (u - static_cast<double>(projection.cx)) / static_cast<double>(projection.fx),
+              (v - static_cast<double>(projection.cy)) / static_cast<double>(projection.fy), 1.0));
+    };
+    PlaneObservation observation;
+    observation.p = point_at(0.5);
+    observation.q = point_at(0.5 + moved);
+    const Eigen::Vector3d m(static_cast<double>(step.outwards.x()),
+                            static_cast<double>(step.outwards.y()), 0.0);
+    const Eigen::Vector3d sight = observation.p.normalized();
+    observation.normal = (m - m.dot(sight) * sight).normalized();
+    const double pixel = static_cast<double>(step.depth) / static_cast<double>(projection.fx);
+    observation.scale = options_.step_error * pixel;
+    observation.weight = 1.0 / kStepCorrelation;
+    observations_.push_back(observation);
+  }
+
+  const ObservedScene& scene_;
+  const SensorEstimate& sensor_;
+  double dilation_;
+  const RecognitionModel& model_;
+  const RefinementOptions& options_;
+  std::vector<MatchedPixel> pixels_;
+  std::vector<PlaneObservation> observations_;
+  std::size_t surface_count_ = 0;
+};
+
+/// Gives every pixel to the first of the objects that explain it.
+PixelClaims assign_pixels(std::span<const RecognitionModel> models, const ObservedScene& scene,
+                          const SensorEstimate& sensor, std::span<const Candidate> objects,
+                          const std::vector<RefinedPose>& poses) {
+  PixelClaims claims(scene.pixels().size(), -1);
+  EvidenceGatherer gatherer(scene, sensor);
+  std::vector<int> pixels;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    (void)gatherer.gather(models[static_cast<std::size_t>(objects[i].model)],
+                          poses[i].T_camera_model.cast<float>());
+    gatherer.explained_pixels(pixels);
+    for (const int pixel : pixels) {
+      std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
+      if (owner < 0) owner = static_cast<std::int32_t>(i);
+    }
+  }
+  return claims;
+}
+
+}  // namespace
+
+std::vector<RefinedPose> refine_jointly(std::span<const RecognitionModel> models,
+                                        const ObservedScene& scene, const SensorEstimate& sensor,
+                                        double dilation, std::span<const Candidate> selected,
+                                        int jobs, const RefinementOptions& options) {
+  std::vector<RefinedPose> poses;
+  for (const Candidate& candidate : selected) {
+    poses.push_back({candidate.T_camera_model.cast<double>(), Matrix6d::Zero()});
+  }
+  const int count = static_cast<int>(poses.size());
+  for (int pairing = 0; pairing <= kPairings; ++pairing) {
+    const PixelClaims claims = assign_pixels(models, scene, sensor, selected, poses);
+    parallel_for(count, jobs, [&](int i) {
+      RefinedPose& pose = poses[static_cast<std::size_t>(i)];
+      const RecognitionModel& model =
+          models[static_cast<std::size_t>(selected[static_cast<std::size_t>(i)].model)];
+      EvidenceGatherer gatherer(scene, sensor);
+      ObjectEquations equations(scene, sensor, dilation, model, options);
+      equations.observe(gatherer, pose.T_camera_model, claims, i);
+      if (pairing == kPairings) {
+        pose.covariance = equations.covariance(pose.T_camera_model);
+      } else if (equations.surface_count() >= kLeastPixels) {
+        const PoseStep step = fit_point_to_plane(equations.observations(),
+                                                 pose.T_camera_model * model.centre.cast<double>());
+        pose.T_camera_model = step.motion * pose.T_camera_model;
+        pose.T_camera_model.linear() =
+            Eigen::Quaterniond(pose.T_camera_model.linear()).normalized().toRotationMatrix();
+      }
+    });
+  }
+  return poses;
+}
+
+}  // namespace binpick
