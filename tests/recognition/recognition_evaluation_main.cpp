@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "models/errors.h"
+#include "recognition/evaluation_diagnosis.h"
 #include "recognition/evaluation_picture.h"
 #include "recognition/recognition_score.h"
 #include "recognition/recognizer.h"
@@ -33,6 +34,7 @@ struct Arguments {
   std::filesystem::path csv;
   std::filesystem::path pictures;
   bool all_pictures = false;
+  bool diagnose = false;
 };
 
 /// Times of all frames of a variant, ms, by stage in order of appearance.
@@ -66,7 +68,7 @@ class Evaluation {
       : arguments_(arguments),
         generator_(object_set(arguments.models)),
         library_(std::make_shared<const ModelLibrary>(generator_.known())),
-        recognizer_(library_, options(arguments.jobs)) {
+        recognizer_(library_, options(arguments)) {
     if (!arguments.csv.empty()) {
       csv_.open(arguments.csv);
       if (!csv_) throw IoError(arguments.csv.string() + ": cannot be written");
@@ -88,6 +90,7 @@ class Evaluation {
       tally.add(score, frame);
       times.add(result);
       if (csv_.is_open()) write_rows(variant, scene, frame, result, score);
+      if (arguments_.diagnose) diagnose(variant, scene, frame, result, score);
       const bool failed =
           !score.false_detections.empty() || tally.visible - tally.found > missed_before;
       if (!arguments_.pictures.empty() && (failed || arguments_.all_pictures)) {
@@ -99,10 +102,23 @@ class Evaluation {
   }
 
  private:
-  static RecognizerOptions options(int jobs) {
+  static RecognizerOptions options(const Arguments& arguments) {
     RecognizerOptions o;
-    o.jobs = jobs;
+    o.jobs = arguments.jobs;
+    o.keep_considered = arguments.diagnose;
     return o;
+  }
+
+  void diagnose(const std::string& variant, int scene, const SyntheticFrame& frame,
+                const RecognitionResult& result, const FrameScore& score) const {
+    for (std::size_t i = 0; i < score.found.size(); ++i) {
+      const TrueInstance& instance = frame.scene.instances[i];
+      if (score.found[i] || !instance.in_frame || instance.visible_share < 0.3) continue;
+      fmt::print("{} {}: {}\n", variant, scene, diagnose_miss(frame, i, result, *library_));
+    }
+    for (const std::size_t d : score.false_detections) {
+      fmt::print("{} {}: {}\n", variant, scene, diagnose_false(frame, d, result, *library_));
+    }
   }
 
   static void print(const std::string& variant, const Tally& tally, const StageTimes& times) {
@@ -173,6 +189,7 @@ int evaluate(int argc, char** argv) {
   app.add_option("--models", arguments.models, "known, toys or open");
   app.add_option("--csv", arguments.csv, "a row per miss and per detection");
   app.add_option("--pictures", arguments.pictures, "folder for PNGs of scenes with a failure");
+  app.add_flag("--diagnose", arguments.diagnose, "print the cause of every failure");
   app.add_flag("--all-pictures", arguments.all_pictures, "of all scenes");
   CLI11_PARSE(app, argc, argv);
   if (arguments.variants == std::vector<std::string>{"all"}) arguments.variants = variant_names();

@@ -1,0 +1,121 @@
+// PCL's ObjRecRANSAC on exchanged scenes. Parameters of PCL's own example for the paper's objects
+// (tools/obj_rec_ransac_result.cpp: pair width 40, voxels 5, coplanarity 15 degrees, in mm), scaled
+// to the models; success probability, thresholds and refinement are its defaults (no setters).
+// usage: pcl_peer FOLDER ROW table|cut|plane LIMIT_S
+//   plane: the largest plane is removed first, as the example does.
+
+#include <pcl/features/normal_3d.h>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/recognition/ransac_based/obj_rec_ransac.h>
+
+#include <csignal>
+#include <list>
+#include <random>
+
+#include "exchange.h"
+
+namespace {
+
+constexpr float kMillimetres = 1000.0f;
+constexpr double kSmallestInExample = 0.171;  // diameter of the example's smallest model, m
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+/// Takes out the points within 10 mm (the example's distance) of the plane that holds most of them.
+Cloud::Ptr without_plane(const Cloud& cloud) {
+  constexpr float kDistance = 10.0f;
+  std::minstd_rand random(1);
+  Eigen::Vector3f best_normal = Eigen::Vector3f::UnitZ();
+  float best_offset = 0.0f;
+  std::size_t most = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto any = [&] { return cloud[random() % cloud.size()].getVector3fMap(); };
+    const Eigen::Vector3f a = any(), b = any(), c = any();
+    const Eigen::Vector3f normal = (b - a).cross(c - a).normalized();
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < cloud.size(); k += 7) {
+      if (std::abs(normal.dot(cloud[k].getVector3fMap() - a)) < kDistance) ++count;
+    }
+    if (count <= most) continue;
+    most = count;
+    best_normal = normal;
+    best_offset = normal.dot(a);
+  }
+  Cloud::Ptr rest(new Cloud);
+  for (const pcl::PointXYZ& p : cloud) {
+    if (std::abs(best_normal.dot(p.getVector3fMap()) - best_offset) > kDistance) rest->push_back(p);
+  }
+  return rest;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 5) return 2;
+  const std::string folder = argv[1];
+  const std::string table = argv[3];
+  const std::vector<peers::Model> models = peers::read_models(folder);
+  double smallest = models.front().diameter;
+  for (const peers::Model& model : models) smallest = std::min(smallest, model.diameter);
+  const auto scale = static_cast<float>(smallest / kSmallestInExample);
+  const float voxel = 5.0f * scale;
+  pcl::recognition::ObjRecRANSAC recognizer(40.0f * scale, voxel);
+  recognizer.setMaxCoplanarityAngleDegrees(15.0f);
+  for (const peers::Model& model : models) {
+    Cloud points;
+    pcl::PointCloud<pcl::Normal> normals;
+    for (const auto& o : peers::read_oriented_points(folder + "/" + model.name + ".txt")) {
+      points.push_back({kMillimetres * o.p[0], kMillimetres * o.p[1], kMillimetres * o.p[2]});
+      normals.push_back({o.n[0], o.n[1], o.n[2]});
+    }
+    recognizer.addModel(points, normals, model.name);
+  }
+
+  peers::answer_scenes(
+      folder, argv[2], table == "cut", std::stoi(argv[4]), [&](const peers::Scan& scan, int) {
+        Cloud::Ptr all(new Cloud);
+        for (const auto& p : scan.points) {
+          if (std::isfinite(p[2])) {
+            all->push_back({kMillimetres * p[0], kMillimetres * p[1], kMillimetres * p[2]});
+          }
+        }
+        const peers::Clock clock;
+        // Scans are finer than its voxels: normals at half a voxel keep its preparation short.
+        Cloud::Ptr thin(new Cloud);
+        pcl::VoxelGrid<pcl::PointXYZ> grid;
+        grid.setInputCloud(all);
+        grid.setLeafSize(0.5f * voxel, 0.5f * voxel, 0.5f * voxel);
+        grid.filter(*thin);
+        if (table == "plane") thin = without_plane(*thin);
+        pcl::PointCloud<pcl::Normal> normals;
+        pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+        estimation.setInputCloud(thin);
+        estimation.setRadiusSearch(2.0 * static_cast<double>(voxel));
+        estimation.setViewPoint(0.0f, 0.0f, 0.0f);
+        estimation.compute(normals);
+        Cloud points;
+        pcl::PointCloud<pcl::Normal> finite;
+        for (std::size_t i = 0; i < thin->size(); ++i) {
+          if (!std::isfinite(normals[i].normal_x)) continue;
+          points.push_back((*thin)[i]);
+          finite.push_back(normals[i]);
+        }
+        std::list<pcl::recognition::ObjRecRANSAC::Output> found;
+        if (!points.empty()) recognizer.recognize(points, finite, found, 0.99);
+        peers::Answer answer;
+        answer.seconds = clock.seconds();
+        for (const auto& output : found) {
+          peers::Object object;
+          object.model = output.object_name_;
+          const float* t = output.rigid_transform_;  // rotation row by row, then translation
+          for (std::size_t row = 0; row < 3; ++row) {
+            for (std::size_t column = 0; column < 3; ++column) {
+              object.T_camera_model[4 * row + column] = static_cast<double>(t[3 * row + column]);
+            }
+            object.T_camera_model[4 * row + 3] = static_cast<double>(t[9 + row] / kMillimetres);
+          }
+          answer.objects.push_back(object);
+        }
+        return answer;
+      });
+}
