@@ -229,7 +229,7 @@ TEST(MakeModels, TheCommittedMeshesAreWhatTheScriptWrites) {
         << relative;
     ++compared;
   }
-  EXPECT_EQ(compared, 16);
+  EXPECT_EQ(compared, 20);
 }
 
 }  // namespace
