@@ -54,7 +54,7 @@ inline constexpr std::int64_t kConfigFormat = 1;
 ///     seed: 2012
 ///     trials: 10                           # per cell
 ///     stopping: {half_width: 0.03, block: 50}  # fewer trials where the interval is narrow already
-///     time_limit_s: 60                     # wall clock per trial, a backstop against hangs
+///     time_limit_s: 60                     # per trial, a backstop against hangs; see Runner
 ///     parameters: {...}                    # the trial kind's own
 ///     axes:
 ///       - {name: translation_y, key: stiffness.translation_y, values: [200, 750, 2000]}

@@ -20,6 +20,7 @@ using std::chrono::milliseconds;
 constexpr int kTickMs = 500;
 constexpr int kOwnDeaths = 2;  // a trial is booked as crashed after so many deaths
 constexpr int kDeathsFromOutside = 6;
+constexpr double kPatience = 10.0;         // wall-clock time, by the time limit
 constexpr std::chrono::seconds kPause{2};  // a turn of so long means that this process was stopped
 constexpr double kLoadLimit = 300.0;  // s; loading is no trial, but must not hang for ever either
 
@@ -97,16 +98,16 @@ int Runner::poll_timeout_ms() const {
   int timeout = kTickMs;
   for (const auto& slot : slots_) {
     if (slot->state == State::kIdle) continue;
-    const auto left = slot->started + limit_of(*slot) - Clock::now();
+    const auto left = slot->started + patience_with(*slot) - Clock::now();
     const auto left_ms = duration_cast<milliseconds>(left).count() + 1;
     timeout = static_cast<int>(std::clamp<std::int64_t>(left_ms, 0, timeout));
   }
   return timeout;
 }
 
-Runner::Clock::duration Runner::limit_of(const Slot& slot) const {
+Runner::Clock::duration Runner::patience_with(const Slot& slot) const {
   const double seconds =
-      slot.state == State::kLoading ? kLoadLimit : experiment_.config().time_limit;
+      slot.state == State::kLoading ? kLoadLimit : kPatience * experiment_.config().time_limit;
   return duration_cast<Clock::duration>(duration<double>(seconds));
 }
 
@@ -178,6 +179,7 @@ void Runner::give_work(Slot& slot) {
   slot.work = *work;
   slot.stage = TrialStage::kSetup;
   slot.started = Clock::now();
+  slot.processor_time = slot.process.processor_time();
   // A worker that is gone shows in its replies.
   slot.process.send({WorkerOrder::Type::kTrial, "", "", options_.folder.string(), work->job.cell,
                      work->job.trial});
@@ -220,7 +222,10 @@ void Runner::forgive_pause() {
 
 void Runner::check_deadline(Slot& slot) {
   if (slot.state != State::kRunning && slot.state != State::kLoading) return;
-  if (Clock::now() < slot.started + limit_of(slot)) return;
+  const double limit = experiment_.config().time_limit;
+  const bool busy_for_too_long =
+      slot.state == State::kRunning && slot.process.processor_time() - slot.processor_time > limit;
+  if (!busy_for_too_long && Clock::now() < slot.started + patience_with(slot)) return;
   const State state = std::exchange(slot.state, State::kEnded);
   slot.process.kill();
   if (state == State::kLoading) {
@@ -229,8 +234,9 @@ void Runner::check_deadline(Slot& slot) {
   finish(slot.work.job,
          {TrialOutcome::kTimeout,
           slot.stage,
-          fmt::format("no result within {} s of wall-clock time",
-                      number_text(experiment_.config().time_limit)),
+          fmt::format("no result within {} s of {} time",
+                      number_text(busy_for_too_long ? limit : kPatience * limit),
+                      busy_for_too_long ? "processor" : "wall-clock"),
           {}},
          slot.started);
 }

@@ -37,9 +37,10 @@ struct RunnerOptions {
 ///
 /// A worker that dies during a trial is replaced and the trial tried again: a trial that kills its
 /// process does so again and is booked as kCrashed, whereas a worker killed from outside (by a
-/// person, or by the kernel when memory is short) costs nothing. A trial that exceeds the
-/// experiment's wall-clock limit is killed and booked as kTimeout; time during which this process
-/// was stopped (SIGSTOP, a suspended job) does not count.
+/// person, or by the kernel when memory is short) costs nothing. A trial that spends more processor
+/// time than the experiment's time limit, or ten times as much on the wall clock, is killed and
+/// booked as kTimeout: a busy machine makes no trial fail. Time during which this process was
+/// stopped (SIGSTOP, a suspended job) does not count.
 class Runner {
  public:
   Runner(const Experiment& experiment, std::vector<Job> jobs, RunnerOptions options,
@@ -66,6 +67,7 @@ class Runner {
     PendingJob work;
     TrialStage stage = TrialStage::kSetup;
     Clock::time_point started = Clock::now();
+    double processor_time = 0.0;  ///< of the worker when the trial began, s
   };
 
   void start_worker();
@@ -86,7 +88,8 @@ class Runner {
   void accept_inputs();
   void give_work(Slot& slot);
   void finish(const Job& job, TrialRecord record, Clock::time_point started);
-  [[nodiscard]] Clock::duration limit_of(const Slot& slot) const;
+  /// Wall-clock time for what the worker is doing.
+  [[nodiscard]] Clock::duration patience_with(const Slot& slot) const;
   [[nodiscard]] std::optional<PendingJob> take_job();
 
   const Experiment& experiment_;

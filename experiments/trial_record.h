@@ -18,7 +18,7 @@ enum class TrialOutcome {
   kFailedGrasp,
   kSlipped,
   kDropped,
-  kTimeout,   ///< the trial's own limit or, as a backstop, the wall-clock limit of the runner
+  kTimeout,   ///< the trial's own limit or, as a backstop, that of the runner
   kDiverged,  ///< the simulation left the physical range
   /// The arm's own safety closed the brakes: a limit on torque, rate, position or speed was
   /// exceeded, or a sensor failed. The note says which.

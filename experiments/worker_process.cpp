@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 
 #include "models/errors.h"
 
@@ -77,6 +78,14 @@ WorkerProcess::~WorkerProcess() {
 
 bool WorkerProcess::send(const WorkerOrder& order) {
   return write_line(orders_.get(), encode(order));
+}
+
+double WorkerProcess::processor_time() const noexcept {
+  clockid_t clock{};
+  timespec time{};
+  if (pid_.value < 0 || ::clock_getcpuclockid(pid_.value, &clock) != 0) return 0.0;
+  if (::clock_gettime(clock, &time) != 0) return 0.0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 void WorkerProcess::kill() noexcept {

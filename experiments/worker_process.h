@@ -38,6 +38,8 @@ class WorkerProcess {
   [[nodiscard]] int reply_descriptor() const noexcept { return replies_.descriptor(); }
   [[nodiscard]] int log_descriptor() const noexcept { return log_.descriptor(); }
 
+  /// Processor time of all its threads so far, s.
+  [[nodiscard]] double processor_time() const noexcept;
   void kill() noexcept;
   /// Waits for the end.
   [[nodiscard]] ProcessEnd wait();

@@ -20,7 +20,7 @@ fault recognizer-without-penalty recognition/acceptance_function.cpp \
 # Runs and their statistics.
 fault pause-counts-as-time experiments/runner.cpp \
   's/if \(pause < kPause\) return;/if (pause < 1000 * kPause) return;/' \
-  experiments_tests 'ProgramFaults.APausedRunLosesNoTrialToItsTimeLimit'
+  experiments_tests 'ProgramFaults.APausedRunLosesNoTrialToTheTimeLimit'
 fault stopping-with-plain-intervals experiments/stopping_rule.cpp \
   's/if \(covers_enough\(\)\) return;/if (covers_enough() || most > 0) return;/' \
   experiments_tests 'StoppingRule/SequentialPlans.CoverEveryRate*'

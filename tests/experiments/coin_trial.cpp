@@ -14,7 +14,7 @@ namespace binpick {
 void CoinTrial::visit(ConfigVisitor& visitor) {
   visitor.number("rate", rate_, {.min = 0.0, .max = 1.0});
   visitor.number("work_ms", work_, {.min = 0.0, .max = 1e6, .unit = 1e-3});
-  visitor.choice("fault", fault_, {"none", "abort", "hang", "throw", "print", "drop_file"});
+  visitor.choice("fault", fault_, {"none", "abort", "hang", "spin", "throw", "print", "drop_file"});
   visitor.integer("fault_period", period_, 1, 1'000'000);
   visitor.group("coin", [&](ConfigVisitor& inner) { inner.text("side", side_); });
   visitor.text("note", note_);
@@ -44,6 +44,10 @@ bool CoinTrial::faulty(const TrialContext& context) const {
 void CoinTrial::misbehave() const {
   if (fault_ == "abort") std::abort();
   if (fault_ == "hang") std::this_thread::sleep_for(std::chrono::hours(1));
+  if (fault_ == "spin") {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::hours(1);
+    while (std::chrono::steady_clock::now() < end) continue;
+  }
   if (fault_ == "throw") throw std::runtime_error("the coin\nrolled away");
   if (fault_ == "print") std::puts("{\"record\":\"a line on stdout that is no reply\"}");
   if (fault_ == "drop_file") std::ofstream("DROPPED.TXT") << "as some libraries do";
