@@ -114,14 +114,12 @@ void run_vision_loop(const VisionCell& cell, World& world, const VisionLoopParam
                      VisionLoopResult& result) {
   const Referee referee(world);
   TrialRecorder recorder(context, world);
-  StructuredLightOptions noise;
-  noise.enabled = parameters.camera_noise;
-  SimulatedRobot robot(world, cell.camera.get(),
-                       {.camera_noise = noise,
-                        .sensor_noise = {},
-                        .time_budget = parameters.time_budget,
-                        .seed = context.seeds.shared("sensors"),
-                        .on_step = recorder.callback()});
+  SimulatedRobotOptions options;
+  options.camera_noise.enabled = parameters.camera_noise;
+  options.time_budget = parameters.time_budget;
+  options.seed = context.seeds.shared("sensors");
+  options.on_step = recorder.callback();
+  SimulatedRobot robot(world, cell.camera.get(), std::move(options));
   RecognizerPerception perception(cell.recognizer, context.seeds.shared("recognition"));
   RobotSkills skills = cell.knowledge->make_skills(robot, &perception, parameters.skill_options());
   ObservedSkills observed(skills, referee, result.attempts);
