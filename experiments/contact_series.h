@@ -23,9 +23,6 @@ using ContactSeries = std::vector<ContactSample>;
 
 /// Writes CSV with a header line. @throws IoError
 void write_contact_series(const std::filesystem::path& file, const ContactSeries& series);
-/// Reads what write_contact_series wrote.
-/// @throws IoError for a missing file, InputError with file and line for anything else.
-[[nodiscard]] ContactSeries read_contact_series(const std::filesystem::path& file);
 
 /// The first peak of the true force: the highest value before it falls by a fifth; the highest of
 /// all if it never does. 0 without contact.

@@ -152,14 +152,23 @@ ArmControllerOptions ContactTrial::controller_options(const ArmPlant& plant) con
 
 TrialRecord ContactTrial::run(const TrialContext& context) {
   TrialRecord record;
-  run_in_simulation(context, record, [&](const TrialContext& observed) {
-    const ContactSeries series = press(observed, record);
-    if (context.trace) write_contact_series(*context.trace / "contact.csv", series);
-  });
+  ContactSeries series;
+  run_in_simulation(context, record,
+                    [&](const TrialContext& observed) { press(observed, series, record); });
+  if (context.trace) write_contact_series(*context.trace / "contact.csv", series);
   return record;
 }
 
-ContactSeries ContactTrial::press(const TrialContext& context, TrialRecord& record) const {
+ContactSeries ContactTrial::time_series(const TrialContext& context) const {
+  TrialRecord record;
+  ContactSeries series;
+  run_in_simulation(context, record,
+                    [&](const TrialContext& observed) { press(observed, series, record); });
+  return series;
+}
+
+void ContactTrial::press(const TrialContext& context, ContactSeries& series,
+                         TrialRecord& record) const {
   context.enter(TrialStage::kSetup);
   const Parameters& p = parameters_;
   const ArmPlant plant(p.plant);
@@ -193,7 +202,6 @@ ContactSeries ContactTrial::press(const TrialContext& context, TrialRecord& reco
   context.enter(TrialStage::kApproach);
   const CartesianTrajectory line = straight_down(T_world_start, p.approach + p.overshoot, p.speed);
   const auto ticks = static_cast<int>((line.duration() + p.hold_time) / kControlPeriod);
-  ContactSeries series;
   CartesianTarget target = line.sample(0.0);
   double mass = 0.0;
   bool stopped = false;
@@ -226,7 +234,6 @@ ContactSeries ContactTrial::press(const TrialContext& context, TrialRecord& reco
   }
   context.enter(TrialStage::kJudge);
   summarize(series, touched.stiffness, mass, record);
-  return series;
 }
 
 }  // namespace binpick

@@ -22,6 +22,8 @@ class ContactTrial final : public TrialKind {
       const std::filesystem::path& config_directory) const override;
   /// With a trace asked for, writes `contact.csv` (contact_series.h) beside it.
   [[nodiscard]] TrialRecord run(const TrialContext& context) override;
+  /// The run behind a record. Ends early where the record's outcome says so.
+  [[nodiscard]] ContactSeries time_series(const TrialContext& context) const;
 
  private:
   struct Parameters {
@@ -42,7 +44,8 @@ class ContactTrial final : public TrialKind {
     ArmPlantParameters plant;
   };
 
-  [[nodiscard]] ContactSeries press(const TrialContext& context, TrialRecord& record) const;
+  /// Fills `series` as the run goes on, and `record` at its end.
+  void press(const TrialContext& context, ContactSeries& series, TrialRecord& record) const;
   [[nodiscard]] ArmControllerOptions controller_options(const ArmPlant& plant) const;
   [[nodiscard]] CompliantSurface surface() const;
   /// What the jaws hold, tool-centre frame.

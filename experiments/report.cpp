@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "experiments/contact_figures.h"
 #include "experiments/html.h"
 #include "experiments/recognition_report.h"
 #include "experiments/report_figures.h"
@@ -22,7 +23,8 @@ constexpr const char* kStyle = R"(
 --paper:#d9822b;--bad:#b3261e;--good:#1f7a3d;
 --c0:var(--paper);--c1:var(--ours);--c2:var(--good);--c3:#8a4fb5}
 @media(prefers-color-scheme:dark){:root{--ink:#e6ebf1;--soft:#9aa7b5;--line:#33404e;
---ground:#12181f;--panel:#1a222b;--ours:#5aa7e0;--paper:#f0a04b;--bad:#ff8a80;--good:#6fcf97;--c3:#c39be0}}
+--ground:#12181f;--panel:#1a222b;--ours:#5aa7e0;--paper:#f0a04b;--bad:#ff8a80;--good:#6fcf97;
+--c3:#c39be0}}
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:72rem;padding:2rem 1.2rem 4rem;background:var(--ground);
 color:var(--ink);font:16px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",sans-serif}
@@ -78,6 +80,7 @@ class ReportPage {
   std::string html() {
     add_head();
     html_ += recognition_section(experiment_, trials_);
+    html_ += contact_section(experiment_);
     add_table();
     add_statements();
     add_outcomes();
