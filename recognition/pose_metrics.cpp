@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace binpick {
 namespace {
@@ -35,6 +36,26 @@ double mssd(const Eigen::Isometry3d& T_estimated, const Eigen::Isometry3d& T_tru
     least = std::min(least, largest);
   });
   return std::sqrt(least);
+}
+
+double mspd(const Eigen::Isometry3d& T_camera_estimated, const Eigen::Isometry3d& T_camera_true,
+            std::span<const Eigen::Vector3f> points, std::span<const Eigen::Isometry3d> symmetries,
+            const CameraIntrinsics& camera) {
+  const auto project = [&](const Eigen::Vector3d& p) {
+    return p.z() > 0.0 ? Eigen::Vector2d(camera.fx * p.x() / p.z(), camera.fy * p.y() / p.z())
+                       : Eigen::Vector2d::Constant(kInfinity).eval();
+  };
+  double least = kInfinity;
+  for_each_equivalent(T_camera_true, symmetries, [&](const Eigen::Isometry3d& T_equivalent) {
+    double largest = 0.0;
+    for (const Eigen::Vector3f& point : points) {
+      const Eigen::Vector3d p = point.cast<double>();
+      const double distance = (project(T_camera_estimated * p) - project(T_equivalent * p)).norm();
+      largest = std::max(largest, std::isfinite(distance) ? distance : kInfinity);
+    }
+    least = std::min(least, largest);
+  });
+  return least;
 }
 
 double add(const Eigen::Isometry3d& T_estimated, const Eigen::Isometry3d& T_true,
@@ -83,6 +104,40 @@ PoseError pose_error(const Eigen::Isometry3d& T_estimated, const Eigen::Isometry
     if (angle < best.rotation) best = {angle, translation};
   });
   return best;
+}
+
+std::size_t InstanceMatching::true_positives() const {
+  return static_cast<std::size_t>(std::count(found.begin(), found.end(), true));
+}
+
+double InstanceMatching::recall() const {
+  return found.empty() ? 1.0
+                       : static_cast<double>(true_positives()) / static_cast<double>(found.size());
+}
+
+InstanceMatching match_instances(
+    std::span<const double> scores, std::size_t instances, double limit,
+    const std::function<double(std::size_t estimate, std::size_t instance)>& error) {
+  InstanceMatching matching{std::vector<std::ptrdiff_t>(scores.size(), -1),
+                            std::vector<bool>(instances, false)};
+  std::vector<std::size_t> order(scores.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return scores[a] > scores[b]; });
+  for (const std::size_t estimate : order) {
+    double least = limit;
+    for (std::size_t instance = 0; instance < instances; ++instance) {
+      if (matching.found[instance]) continue;
+      const double e = error(estimate, instance);
+      if (!(e < least)) continue;
+      least = e;
+      matching.truth_of[estimate] = static_cast<std::ptrdiff_t>(instance);
+    }
+    if (matching.truth_of[estimate] >= 0) {
+      matching.found[static_cast<std::size_t>(matching.truth_of[estimate])] = true;
+    }
+  }
+  return matching;
 }
 
 }  // namespace binpick

@@ -335,6 +335,7 @@ void Run::keep_considered(const CandidatePool& pool) {
         std::any_of(pool.selected().begin(), pool.selected().end(),
                     [&](const SelectedCandidate& s) { return s.candidate == i; });
     result_.considered.push_back({library_.models()[static_cast<std::size_t>(candidate.model)].name,
+                                  candidate.T_camera_model.cast<double>(),
                                   candidate.T_camera_model.cast<double>(), candidate.evidence,
                                   pool.decided_features()[i], is_selected});
   }
@@ -449,6 +450,9 @@ RecognitionResult Recognizer::recognize(const RangeImage& image,
     Eigen::Matrix<double, 6, 6> R = Eigen::Matrix<double, 6, 6>::Zero();
     R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = T_scene_camera.linear();
     detection.covariance = R * detection.covariance * R.transpose();
+  }
+  for (ConsideredHypothesis& considered : result.considered) {
+    considered.T_scene_model = T_scene_camera * considered.T_scene_model;
   }
   for (SupportPlane& plane : result.support_planes) plane = moved(plane, T_scene_camera);
   result.total_seconds = watch.lap();

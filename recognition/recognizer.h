@@ -38,7 +38,9 @@ struct RecognitionCounters {
 /// A hypothesis that was compared with the scene by rendering (default setting).
 struct ConsideredHypothesis {
   std::string model;
+  /// In the frame of the range image that was searched: for a cloud, the one it was projected to.
   Eigen::Isometry3d T_camera_model = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_scene_model = Eigen::Isometry3d::Identity();  ///< as detections' poses
   HypothesisEvidence evidence;  ///< alone
   FeatureVector features{};     ///< on which the decision fell, beside what was selected before it
   bool is_selected = false;

@@ -37,21 +37,9 @@ struct Arguments {
   int scenes = 300;
   int passes = 2;
   int jobs = 2;
+  bool from_calibrated = false;
   std::filesystem::path out;
   std::filesystem::path rows;
-};
-
-/// What one frame contributes.
-struct FrameRows {
-  std::vector<LabelledFeatures> candidates;  ///< all that were compared with the scene
-  std::vector<LabelledFeatures> selected;    ///< those that a low threshold lets through
-  /// Per instance inside the image: what it shows, and whether any candidate had its pose.
-  struct Instance {
-    double visible_share = 0.0;
-    bool was_candidate = false;
-    bool is_selected = false;
-  };
-  std::vector<Instance> instances;
 };
 
 /// Half the scans as harsh as the generator can, the other half from all named variants in turn;
@@ -66,6 +54,21 @@ Recipe recipe_of(int index) {
   const std::vector<std::string>& names = variant_names();
   return {kSets[i % kSets.size()], i % 2 == 0 ? "harsh" : names[(i / 2) % names.size()]};
 }
+
+/// What one frame contributes.
+struct FrameRows {
+  std::vector<LabelledFeatures> candidates;  ///< all that were compared with the scene
+  std::vector<LabelledFeatures> selected;    ///< those that a low threshold lets through
+  /// Per instance inside the image: what it shows, and whether any candidate had its pose.
+  struct Instance {
+    double visible_share = 0.0;
+    bool was_candidate = false;
+    bool is_selected = false;
+  };
+  std::vector<Instance> instances;
+  Recipe recipe;
+  std::vector<std::string> notes;  ///< of `selected`: model and distance from the nearest truth
+};
 
 class Calibration {
  public:
@@ -100,6 +103,7 @@ class Calibration {
     const RecognitionResult result =
         recognize(Recognizer(libraries_[recipe.set], options), frame, seed);
     FrameRows rows;
+    rows.recipe = recipe;
     const std::size_t instances = frame.scene.instances.size();
     std::vector<FrameRows::Instance> seen(instances);
     for (const ConsideredHypothesis& considered : result.considered) {
@@ -112,7 +116,9 @@ class Calibration {
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
       rows.candidates.push_back({considered.features, is_right, kCandidateWeight});
-      if (considered.is_selected) rows.selected.push_back({considered.features, is_right, 1.0});
+      if (!considered.is_selected) continue;
+      rows.selected.push_back({considered.features, is_right, 1.0});
+      rows.notes.push_back(note_on(considered, frame, libraries_[recipe.set]->models()));
     }
     for (std::size_t i = 0; i < instances; ++i) {
       if (!frame.scene.instances[i].in_frame) continue;
@@ -120,6 +126,25 @@ class Calibration {
       rows.instances.push_back(seen[i]);
     }
     return rows;
+  }
+
+  /// Model, and MSSD in diameters from the nearest true pose of that model and its visibility.
+  static std::string note_on(const ConsideredHypothesis& considered, const SyntheticFrame& frame,
+                             const std::vector<RecognitionModel>& models) {
+    double least = std::numeric_limits<double>::infinity();
+    double visible = 0.0;
+    for (const TrueInstance& instance : frame.scene.instances) {
+      const RecognitionModel& model = models[instance.model];
+      if (model.name != considered.model) continue;
+      const double error =
+          mssd(considered.T_scene_model, frame.T_scene_camera * instance.T_camera_model, model.hull,
+               model.symmetries) /
+          static_cast<double>(model.diameter);
+      if (error >= least) continue;
+      least = error;
+      visible = instance.visible_share;
+    }
+    return fmt::format("{},{:.3f},{:.2f}", considered.model, least, visible);
   }
 
   /// The instance whose pose the hypothesis has.
@@ -130,8 +155,8 @@ class Calibration {
     for (std::size_t i = 0; i < instances.size(); ++i) {
       const RecognitionModel& model = models[instances[i].model];
       if (model.name != considered.model) continue;
-      if (mssd(considered.T_camera_model, instances[i].T_camera_model, model.hull,
-               model.symmetries) < kRightPose * static_cast<double>(model.diameter)) {
+      if (mssd(considered.T_scene_model, frame.T_scene_camera * instances[i].T_camera_model,
+               model.hull, model.symmetries) < kRightPose * static_cast<double>(model.diameter)) {
         return i;
       }
     }
@@ -232,16 +257,18 @@ void print_losses(const std::vector<FrameRows>& frames) {
   }
 }
 
-void write_rows(const std::filesystem::path& path, const std::vector<FrameRows>& frames) {
+void write_rows(const std::filesystem::path& path, const std::vector<FrameRows>& frames,
+                const AcceptanceModel& model) {
   std::ofstream file(path);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto put = [&](const LabelledFeatures& row, bool is_selected) {
-      file << i << ',' << is_selected << ',' << row.is_right;
-      for (const double value : row.features) file << fmt::format(",{:.5g}", value);
+    for (std::size_t k = 0; k < frames[i].selected.size(); ++k) {
+      const LabelledFeatures& row = frames[i].selected[k];
+      file << fmt::format("{},{},{},{},{},{:.4f}", i, frames[i].recipe.variant,
+                          frames[i].recipe.set, frames[i].notes[k], row.is_right,
+                          probability(model.log_odds(row.features)));
+      for (const double value : row.features) file << fmt::format(",{:.4g}", value);
       file << '\n';
-    };
-    for (const LabelledFeatures& row : frames[i].selected) put(row, true);
-    for (const LabelledFeatures& row : frames[i].candidates) put(row, false);
+    }
   }
   if (!file) throw IoError(path.string() + ": cannot be written");
 }
@@ -284,16 +311,20 @@ int calibrate(int argc, char** argv) {
   app.add_option("--scenes", arguments.scenes, "per pass")->check(CLI::PositiveNumber);
   app.add_option("--passes", arguments.passes, "each with the model of the one before")
       ->check(CLI::PositiveNumber);
+  app.add_flag("--continue", arguments.from_calibrated,
+               "start from the calibrated model: to look at what it does");
   app.add_option("--jobs", arguments.jobs, "threads")->check(CLI::PositiveNumber);
   app.add_option("--out", arguments.out,
                  "source file to write, recognition/acceptance_weights.cpp");
-  app.add_option("--rows", arguments.rows,
-                 "CSV of the last pass: frame, selected, right, features");
+  app.add_option(
+      "--rows", arguments.rows,
+      "CSV of what the last pass selected: frame, variant, set of models, model, MSSD, visible "
+      "share, right, probability, features");
   CLI11_PARSE(app, argc, argv);
   // Master seeds 900 to 949 are calibration's alone; nothing else is tuned or reported on them.
   constexpr Seed kFirstMaster = 900;
   const Calibration calibration(arguments);
-  AcceptanceModel model = starting_model();
+  AcceptanceModel model = arguments.from_calibrated ? calibrated_acceptance() : starting_model();
   std::vector<LabelledFeatures> rows;
   for (int pass = 0; pass < arguments.passes; ++pass) {
     const std::vector<FrameRows> frames =
@@ -310,6 +341,7 @@ int calibrate(int argc, char** argv) {
       print_rates(model, frames);
       append(rows, selected);
     }
+    if (!arguments.rows.empty()) write_rows(arguments.rows, frames, model);
     model = fit_acceptance(rows, kRidge);
     // Confidence is that of a detection, not of any hypothesis.
     if (pass > 0) recalibrate(model, selected);
@@ -317,7 +349,6 @@ int calibrate(int argc, char** argv) {
     fmt::print("pass {}: {} hypotheses, {} selected, least probability {:.3f}\n", pass + 1,
                rows.size(), selected.size(), model.least_probability);
     print_rates(model, frames);
-    if (!arguments.rows.empty()) write_rows(arguments.rows, frames);
   }
   if (!arguments.out.empty()) {
     std::ofstream file(arguments.out);
