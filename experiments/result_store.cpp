@@ -45,6 +45,42 @@ void check_schema(const SqliteDatabase& database,
   }
 }
 
+std::map<std::string, std::string> entries_of(const RunManifest& manifest) {
+  auto entries = manifest.entries();
+  entries.insert_or_assign("schema", std::string(kSchemaVersion));
+  return entries;
+}
+
+void write_entries(SqliteDatabase& database, const RunManifest& manifest) {
+  for (const auto& [key, value] : entries_of(manifest)) {
+    auto row = database.prepare("INSERT OR REPLACE INTO manifest VALUES (?1, ?2)");
+    row.bind(1, key).bind(2, value).step();
+  }
+}
+
+/// Makes an empty store aside and puts it in place when it is whole: a run that is killed here
+/// leaves no store rather than one without a manifest.
+void make_store(const std::filesystem::path& file, const RunManifest& manifest) {
+  const std::filesystem::path aside = file.string() + ".part";
+  const std::filesystem::path journal = aside.string() + "-journal";
+  std::error_code error;
+  std::filesystem::remove(aside, error);
+  std::filesystem::remove(journal, error);
+  {
+    SqliteDatabase database(aside, SqliteDatabase::Access::kWrite);
+    database.execute("BEGIN IMMEDIATE");
+    database.execute(kSchema);
+    write_entries(database, manifest);
+    database.execute("COMMIT");
+  }
+  std::filesystem::remove(journal, error);
+  std::filesystem::rename(aside, file, error);
+  if (error) {
+    throw IoError(fmt::format("{}: cannot be made ({}); check rights and free space", file.string(),
+                              error.message()));
+  }
+}
+
 }  // namespace
 
 bool insert_trial(TrialTable& table, const TrialKey& key, const StoredTrial& trial) {
@@ -57,27 +93,20 @@ bool insert_trial(TrialTable& table, const TrialKey& key, const StoredTrial& tri
 
 ResultStore ResultStore::open_for_run(const std::filesystem::path& file,
                                       const RunManifest& manifest) {
+  if (!std::filesystem::exists(file)) make_store(file, manifest);
   SqliteDatabase database(file, SqliteDatabase::Access::kWrite);
-  database.execute("BEGIN IMMEDIATE");
-  database.execute(kSchema);
   const auto stored = read_entries(database);
-  if (!stored.empty()) {
-    check_schema(database, stored);
-    const std::string conflict = manifest.conflict_with(RunManifest::from_entries(stored));
-    if (!conflict.empty()) {
-      throw InputError(fmt::format("{}: holds {}; give another --out, or --fresh to start over",
-                                   file.string(), conflict));
-    }
+  check_schema(database, stored);
+  const std::string conflict = manifest.conflict_with(RunManifest::from_entries(stored));
+  if (!conflict.empty()) {
+    throw InputError(fmt::format("{}: holds {}; give another --out, or --fresh to start over",
+                                 file.string(), conflict));
   }
-  auto entries = manifest.entries();
-  entries.insert_or_assign("schema", std::string(kSchemaVersion));
-  if (entries != stored) {
-    for (const auto& [key, value] : entries) {
-      auto row = database.prepare("INSERT OR REPLACE INTO manifest VALUES (?1, ?2)");
-      row.bind(1, key).bind(2, value).step();
-    }
+  if (entries_of(manifest) != stored) {
+    database.execute("BEGIN IMMEDIATE");
+    write_entries(database, manifest);
+    database.execute("COMMIT");
   }
-  database.execute("COMMIT");
   return ResultStore(std::move(database));
 }
 

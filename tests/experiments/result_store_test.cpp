@@ -119,6 +119,18 @@ TEST(ResultFolder, RefusesToJoinDifferentRuns) {
   EXPECT_THROW((void)read_results({}), InputError);
 }
 
+TEST(ResultStore, WhatAKillLeftOfAStoreInTheMakingIsNoStore) {
+  const TemporaryFolder folder;
+  const ResultFolder results(folder.path());
+  const std::filesystem::path file = results.store_of(std::nullopt);
+  folder.write("trials.sqlite.part", "half a");
+  folder.write("trials.sqlite.part-journal", "half a");
+  EXPECT_TRUE(results.stores().empty());
+  (void)ResultStore::open_for_run(file, manifest());
+  EXPECT_EQ(results.read().manifest.entries(), manifest().entries());
+  EXPECT_FALSE(std::filesystem::exists(file.string() + ".part"));
+}
+
 TEST(ResultFolder, OneRunAtATime) {
   const TemporaryFolder folder;
   const ResultFolder results(folder.path());
