@@ -1,16 +1,25 @@
 #include "recognition/cloud_projection.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
+
+#include "recognition/parallel_for.h"
 
 namespace binpick {
 namespace {
 
 constexpr double kPointsPerPixel = 2.0;
 constexpr double kMostPixelsPerSide = 1600.0;
+constexpr int kChunk = 16384;
+constexpr int kRowsPerChunk = 16;
+constexpr std::size_t kFitStride = 7;   // of the points that a camera is fitted to
 constexpr float kSameSurface = 1.015f;  // depths within 1.5 % of the nearest are averaged
 
 /// Slope and intercept of pixel = focal * tangent + principal, and the rms residual in pixels.
@@ -45,33 +54,87 @@ class LineFit {
   double n_ = 0.0, x_ = 0.0, y_ = 0.0, xx_ = 0.0, xy_ = 0.0, yy_ = 0.0;
 };
 
-/// The pixels of an organised cloud, if a pinhole camera at the viewpoint explains them.
-std::optional<RangeImage> keep_pixels(const PointCloud& cloud, const Eigen::Vector3d& viewpoint) {
-  constexpr double kMostResidual = 0.5;
-  if (!cloud.organised()) return std::nullopt;
-  LineFit horizontal, vertical;
-  RangeImage image;
-  image.depth.assign(cloud.points.size(), 0.0f);
+/// A sparse sample of an organised cloud's points with their pixels.
+template <class Visit>
+void for_some_pixels(const PointCloud& cloud, const Visit& visit) {
   const auto width = static_cast<std::size_t>(cloud.width);
-  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    if (!cloud.points[i].allFinite()) continue;
-    const Eigen::Vector3d p = cloud.points[i].cast<double>() - viewpoint;
-    if (!(p.z() > 0.0)) {
-      if (p.isZero()) continue;
-      return std::nullopt;
-    }
-    horizontal.add(p.x() / p.z(), static_cast<double>(i % width));
-    vertical.add(p.y() / p.z(), static_cast<double>(i / width));
-    image.depth[i] = static_cast<float>(p.z());
+  for (std::size_t i = 0; i < cloud.points.size(); i += kFitStride) {
+    if (!cloud.points[i].allFinite() || cloud.points[i].isZero()) continue;
+    visit(cloud.points[i].cast<double>(), static_cast<double>(i % width),
+          static_cast<double>(i / width));
   }
-  const AxisFit u = horizontal.solve();
-  const AxisFit v = vertical.solve();
-  if (u.residual > kMostResidual || v.residual > kMostResidual || u.focal <= 0.0 ||
-      v.focal <= 0.0) {
+}
+
+struct PinholeFit {
+  Eigen::Vector3d viewpoint;
+  AxisFit u, v;
+
+  [[nodiscard]] double residual() const { return std::max(u.residual, v.residual); }
+};
+
+/// The pinhole camera at `viewpoint` that fits best.
+PinholeFit fit_pinhole(const PointCloud& cloud, const Eigen::Vector3d& viewpoint) {
+  LineFit horizontal, vertical;
+  bool in_front = true;
+  for_some_pixels(cloud, [&](const Eigen::Vector3d& p_cloud, double u, double v) {
+    const Eigen::Vector3d p = p_cloud - viewpoint;
+    in_front = in_front && p.z() > 0.0;
+    if (!in_front) return;
+    horizontal.add(p.x() / p.z(), u);
+    vertical.add(p.y() / p.z(), v);
+  });
+  if (!in_front) return {viewpoint, {}, {}};
+  return {viewpoint, horizontal.solve(), vertical.solve()};
+}
+
+/// Where the pixels say that the sensor is. A camera at (c_x, c_y, c_z) gives
+/// u z = f x + c_u z + c_z u + constant, which is linear in the unknowns; so for v.
+Eigen::Vector3d locate_sensor(const PointCloud& cloud) {
+  std::array<Eigen::Matrix4d, 2> information = {Eigen::Matrix4d::Zero(), Eigen::Matrix4d::Zero()};
+  std::array<Eigen::Vector4d, 2> right = {Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
+  for_some_pixels(cloud, [&](const Eigen::Vector3d& p, double u, double v) {
+    const Eigen::Vector4d by_u(p.x(), p.z(), u, 1.0);
+    const Eigen::Vector4d by_v(p.y(), p.z(), v, 1.0);
+    information[0] += by_u * by_u.transpose();
+    information[1] += by_v * by_v.transpose();
+    right[0] += by_u * (u * p.z());
+    right[1] += by_v * (v * p.z());
+  });
+  const Eigen::Vector4d u = information[0].ldlt().solve(right[0]);  // f, c_u, c_z, constant
+  const Eigen::Vector4d v = information[1].ldlt().solve(right[1]);
+  return {-(u[3] + u[1] * u[2]) / u[0], -(v[3] + v[1] * v[2]) / v[0], 0.5 * (u[2] + v[2])};
+}
+
+/// The pixels of an organised cloud, if a pinhole camera explains them.
+std::optional<ProjectedCloud> keep_pixels(const PointCloud& cloud, const Eigen::Vector3d& viewpoint,
+                                          int jobs) {
+  constexpr double kMostResidual = 0.5;  // pixels
+  constexpr double kExact = 0.02;
+  if (!cloud.organised()) return std::nullopt;
+  PinholeFit fit = fit_pinhole(cloud, viewpoint);
+  if (!(fit.residual() < kExact)) {
+    const Eigen::Vector3d located = locate_sensor(cloud);
+    const PinholeFit moved = fit_pinhole(cloud, located.allFinite() ? located : viewpoint);
+    if (moved.residual() < kExact) fit = moved;
+  }
+  if (!(fit.residual() < kMostResidual) || fit.u.focal <= 0.0 || fit.v.focal <= 0.0) {
     return std::nullopt;
   }
-  image.intrinsics = {cloud.width, cloud.height, u.focal, v.focal, u.principal, v.principal};
-  return image;
+  ProjectedCloud projected;
+  projected.T_cloud_camera.translation() = fit.viewpoint;
+  RangeImage& image = projected.image;
+  image.intrinsics = {cloud.width, cloud.height,    fit.u.focal,
+                      fit.v.focal, fit.u.principal, fit.v.principal};
+  image.depth.assign(cloud.points.size(), 0.0f);
+  const auto z0 = static_cast<float>(fit.viewpoint.z());
+  parallel_chunks(
+      static_cast<int>(cloud.points.size()), kChunk, jobs, [&](int, int begin, int end) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          const Eigen::Vector3f& p = cloud.points[i];
+          if (p.allFinite() && p.z() > z0) image.depth[i] = p.z() - z0;
+        }
+      });
+  return projected;
 }
 
 /// A camera at `viewpoint` that looks at `target`.
@@ -91,17 +154,47 @@ struct Tangents {
   Eigen::AlignedBox2f box;
 };
 
-Tangents tangents_of(const std::vector<Eigen::Vector3d>& points,
-                     const Eigen::Isometry3d& T_cloud_camera) {
-  constexpr double kWidestTangent = 3.0;
+/// The mean of the finite points, if there is one.
+std::optional<Eigen::Vector3d> mean_of(const std::vector<Eigen::Vector3f>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::size_t count = 0;
+  for (const Eigen::Vector3f& p : points) {
+    if (!p.allFinite()) continue;
+    sum += p.cast<double>();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+Tangents tangents_of(const std::vector<Eigen::Vector3f>& points,
+                     const Eigen::Isometry3d& T_cloud_camera, int jobs) {
+  constexpr float kWidestTangent = 3.0f;
   const Eigen::Isometry3d T_camera_cloud = T_cloud_camera.inverse();
+  const auto size = static_cast<int>(points.size());
+  std::vector<Tangents> parts(static_cast<std::size_t>((size + kChunk - 1) / kChunk));
+  parallel_chunks(size, kChunk, jobs, [&](int chunk, int begin, int end) {
+    Tangents& part = parts[static_cast<std::size_t>(chunk)];
+    part.points.reserve(static_cast<std::size_t>(end - begin));
+    for (int i = begin; i < end; ++i) {
+      // In double precision: a cloud may lie far from its origin.
+      const Eigen::Vector3f p =
+          (T_camera_cloud * points[static_cast<std::size_t>(i)].cast<double>()).cast<float>();
+      // Written so that what is not a number fails.
+      if (!(p.z() > 0.0f && std::abs(p.x()) < kWidestTangent * p.z() &&
+            std::abs(p.y()) < kWidestTangent * p.z() &&
+            p.z() < std::numeric_limits<float>::infinity())) {
+        continue;
+      }
+      part.points.emplace_back(p.x() / p.z(), p.y() / p.z(), p.z());
+      part.box.extend(part.points.back().head<2>());
+    }
+  });
   Tangents tangents;
-  for (const Eigen::Vector3d& p_cloud : points) {
-    const Eigen::Vector3d p = T_camera_cloud * p_cloud;
-    if (!(p.z() > 0.0) || p.head<2>().cwiseAbs().maxCoeff() > kWidestTangent * p.z()) continue;
-    tangents.points.emplace_back((p / p.z()).cast<float>().head<2>().homogeneous());
-    tangents.points.back().z() = static_cast<float>(p.z());
-    tangents.box.extend(tangents.points.back().head<2>());
+  tangents.points.reserve(points.size());
+  for (const Tangents& part : parts) {
+    tangents.points.insert(tangents.points.end(), part.points.begin(), part.points.end());
+    if (!part.box.isEmpty()) tangents.box.extend(part.box);
   }
   return tangents;
 }
@@ -117,84 +210,158 @@ CameraIntrinsics frame_of(const Tangents& tangents, double focal) {
   return camera;
 }
 
-std::size_t pixel_of(const CameraIntrinsics& camera, const Eigen::Vector3f& tangent) {
-  const auto u =
-      static_cast<std::size_t>(camera.fx * static_cast<double>(tangent.x()) + camera.cx + 0.5);
-  const auto v =
-      static_cast<std::size_t>(camera.fy * static_cast<double>(tangent.y()) + camera.cy + 0.5);
-  return v * static_cast<std::size_t>(camera.width) + u;
+/// The pixel of every point.
+std::vector<std::uint32_t> pixels_of(const Tangents& tangents, const CameraIntrinsics& camera,
+                                     int jobs) {
+  std::vector<std::uint32_t> pixels(tangents.points.size());
+  const auto focal = static_cast<float>(camera.fx);
+  const auto cx = static_cast<float>(camera.cx + 0.5);
+  const auto cy = static_cast<float>(camera.cy + 0.5);
+  const auto last_u = static_cast<std::uint32_t>(camera.width - 1);
+  const auto last_v = static_cast<std::uint32_t>(camera.height - 1);
+  parallel_chunks(static_cast<int>(pixels.size()), kChunk, jobs, [&](int, int begin, int end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const Eigen::Vector3f& tangent = tangents.points[i];
+      const auto u = std::min(static_cast<std::uint32_t>(focal * tangent.x() + cx), last_u);
+      const auto v = std::min(static_cast<std::uint32_t>(focal * tangent.y() + cy), last_v);
+      pixels[i] = v * (last_u + 1) + u;
+    }
+  });
+  return pixels;
 }
 
-double points_per_occupied_pixel(const Tangents& tangents, const CameraIntrinsics& camera) {
-  std::vector<bool> occupied(static_cast<std::size_t>(camera.width) *
-                             static_cast<std::size_t>(camera.height));
-  std::size_t count = 0;
-  for (const Eigen::Vector3f& tangent : tangents.points) {
-    auto pixel = occupied[pixel_of(camera, tangent)];
-    if (!pixel) ++count;
-    pixel = true;
+std::size_t size_of(const CameraIntrinsics& camera) {
+  return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+}
+
+/// 1 for every pixel that holds a point.
+std::vector<std::uint8_t> occupancy(const std::vector<std::uint32_t>& pixels,
+                                    const CameraIntrinsics& camera) {
+  std::vector<std::uint8_t> occupied(size_of(camera), 0);
+  for (const std::uint32_t pixel : pixels) occupied[pixel] = 1;
+  return occupied;
+}
+
+/// How many of the eight pixels around an occupied one are occupied, as a share.
+double filled_share(const std::vector<std::uint8_t>& occupied, const CameraIntrinsics& camera) {
+  const auto width = static_cast<std::ptrdiff_t>(camera.width);
+  long filled = 0;
+  long centres = 0;
+  for (std::ptrdiff_t v = 1; v + 1 < camera.height; ++v) {
+    for (std::ptrdiff_t u = 1; u + 1 < width; ++u) {
+      const std::uint8_t* centre = occupied.data() + v * width + u;
+      if (*centre == 0) continue;
+      ++centres;
+      for (const std::ptrdiff_t row : {-width, std::ptrdiff_t{0}, width}) {
+        filled += centre[row - 1] + centre[row] + centre[row + 1];
+      }
+    }
   }
-  return static_cast<double>(tangents.points.size()) / static_cast<double>(count);
+  return centres > 0 ? static_cast<double>(filled - centres) / static_cast<double>(8 * centres)
+                     : 1.0;
 }
 
-CameraIntrinsics choose_camera(const Tangents& tangents) {
+CameraIntrinsics choose_camera(const Tangents& tangents, int jobs) {
+  constexpr int kSteps = 4;
+  constexpr double kNearEnough = 0.06;
+  constexpr double kLeastFilled = 0.7;
   const double extent = std::max(static_cast<double>(tangents.box.sizes().maxCoeff()), 1e-6);
   const double finest = kMostPixelsPerSide / extent;
-  double focal = std::min(finest, std::sqrt(static_cast<double>(tangents.points.size())) / extent);
-  for (int i = 0; i < 4; ++i) {
-    const double density = points_per_occupied_pixel(tangents, frame_of(tangents, focal));
-    focal = std::min(finest, focal * std::sqrt(density / kPointsPerPixel));
+  const auto points = static_cast<double>(tangents.points.size());
+  double focal = std::min(finest, std::sqrt(points) / extent);
+  const auto occupied_at = [&](const CameraIntrinsics& camera) {
+    return occupancy(pixels_of(tangents, camera, jobs), camera);
+  };
+  for (int i = 0; i < kSteps; ++i) {
+    const std::vector<std::uint8_t> occupied = occupied_at(frame_of(tangents, focal));
+    const auto count = static_cast<double>(std::count(occupied.begin(), occupied.end(), 1));
+    const double density = points / (kPointsPerPixel * count);
+    if (std::abs(density - 1.0) < kNearEnough) break;
+    focal = std::min(finest, focal * std::sqrt(density));
+  }
+  // Points crowd along the lines of some scanners and the creases of meshes: pixels must be so
+  // large that the gaps between them close, too.
+  for (int i = 0; i < kSteps; ++i) {
+    const CameraIntrinsics camera = frame_of(tangents, focal);
+    const double filled = std::max(filled_share(occupied_at(camera), camera), 0.05);
+    if (filled >= kLeastFilled) break;
+    focal *= 0.97 * std::sqrt(std::log1p(-filled) / std::log1p(-kLeastFilled));
   }
   return frame_of(tangents, focal);
 }
 
-RangeImage rasterise(const Tangents& tangents, const CameraIntrinsics& camera) {
+/// Takes away what is seen between the points of a nearer surface: pixels with much nearer ones
+/// close by on opposite sides, along at least two of four lines. Across a silhouette there are none
+/// on the far side.
+void remove_seen_through(RangeImage& image, int jobs) {
+  constexpr int kReach = 3;              // pixels: wider gaps are rare in a closed surface
+  constexpr float kNearerPixels = 8.0f;  // pixel widths in depth: more than a steep surface falls
+  constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+  const int width = image.intrinsics.width;
+  const int height = image.intrinsics.height;
+  const std::vector<float> depth = image.depth;
+  const float step = kNearerPixels / static_cast<float>(image.intrinsics.fx);
+  const auto is_nearer = [&](int u, int v, float z) {
+    if (u < 0 || v < 0 || u >= width || v >= height) return false;
+    const float other = depth[static_cast<std::size_t>(v * width + u)];
+    return other > 0.0f && other < z - step * z;
+  };
+  parallel_chunks(height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      for (int u = 0; u < width; ++u) {
+        float& z = image.depth[static_cast<std::size_t>(v * width + u)];
+        if (!(z > 0.0f)) continue;
+        int lines = 0;
+        for (const auto& [du, dv] : kLines) {
+          bool before = false, after = false;
+          for (int k = 1; k <= kReach; ++k) {
+            before = before || is_nearer(u - k * du, v - k * dv, z);
+            after = after || is_nearer(u + k * du, v + k * dv, z);
+          }
+          lines += before && after ? 1 : 0;
+        }
+        if (lines >= 2) z = 0.0f;
+      }
+    }
+  });
+}
+
+RangeImage rasterise(const Tangents& tangents, const CameraIntrinsics& camera, int jobs) {
   RangeImage image;
   image.intrinsics = camera;
-  const auto size =
-      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-  std::vector<float> nearest(size, std::numeric_limits<float>::infinity());
-  for (const Eigen::Vector3f& tangent : tangents.points) {
-    float& z = nearest[pixel_of(camera, tangent)];
-    z = std::min(z, tangent.z());
+  const std::vector<std::uint32_t> pixels = pixels_of(tangents, camera, jobs);
+  std::vector<float> nearest(size_of(camera), std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    float& z = nearest[pixels[i]];
+    z = std::min(z, tangents.points[i].z());
   }
-  std::vector<float> count(size, 0.0f);
-  image.depth.assign(size, 0.0f);
-  for (const Eigen::Vector3f& tangent : tangents.points) {
-    const std::size_t pixel = pixel_of(camera, tangent);
-    if (tangent.z() > kSameSurface * nearest[pixel]) continue;
-    image.depth[pixel] += tangent.z();
-    count[pixel] += 1.0f;
+  std::vector<float> count(size_of(camera), 0.0f);
+  image.depth.assign(size_of(camera), 0.0f);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const float z = tangents.points[i].z();
+    if (z > kSameSurface * nearest[pixels[i]]) continue;
+    image.depth[pixels[i]] += z;
+    count[pixels[i]] += 1.0f;
   }
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = 0; i < count.size(); ++i) {
     if (count[i] > 0.0f) image.depth[i] /= count[i];
   }
+  remove_seen_through(image, jobs);
   return image;
 }
 
 }  // namespace
 
-ProjectedCloud project_cloud(const PointCloud& cloud, const Eigen::Vector3d& viewpoint) {
+ProjectedCloud project_cloud(const PointCloud& cloud, const Eigen::Vector3d& viewpoint, int jobs) {
+  if (auto kept = keep_pixels(cloud, viewpoint, jobs)) return std::move(*kept);
   ProjectedCloud projected;
   projected.T_cloud_camera.translation() = viewpoint;
-  if (auto image = keep_pixels(cloud, viewpoint)) {
-    projected.image = std::move(*image);
-    return projected;
-  }
-  std::vector<Eigen::Vector3d> points;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3f& p : cloud.points) {
-    if (!p.allFinite()) continue;
-    points.push_back(p.cast<double>());
-    mean += points.back();
-  }
-  if (points.empty()) return projected;
-  mean /= static_cast<double>(points.size());
-  if (!((mean - viewpoint).norm() > 0.0)) return projected;
-  projected.T_cloud_camera = looking_at(viewpoint, mean);
-  const Tangents tangents = tangents_of(points, projected.T_cloud_camera);
+  const std::optional<Eigen::Vector3d> middle = mean_of(cloud.points);
+  if (!middle || !((*middle - viewpoint).norm() > 0.0)) return projected;
+  projected.T_cloud_camera = looking_at(viewpoint, *middle);
+  const Tangents tangents = tangents_of(cloud.points, projected.T_cloud_camera, jobs);
   if (tangents.points.empty()) return projected;
-  projected.image = rasterise(tangents, choose_camera(tangents));
+  projected.image = rasterise(tangents, choose_camera(tangents, jobs), jobs);
   return projected;
 }
 

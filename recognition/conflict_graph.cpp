@@ -70,4 +70,29 @@ std::vector<int> ConflictGraph::select_greedily() const {
   return kept;
 }
 
+std::vector<int> suppress_non_maxima(const std::vector<ExplainedSet>& hypotheses) {
+  const auto is_better = [&](std::size_t a, std::size_t b) {
+    return hypotheses[a].quality > hypotheses[b].quality;  // of equal ones the first stays
+  };
+  std::vector<int> best;  // by point, -1 where there is none
+  for (std::size_t node = 0; node < hypotheses.size(); ++node) {
+    for (const int point : hypotheses[node].points) {
+      const auto at = static_cast<std::size_t>(point);
+      if (at >= best.size()) best.resize(at + 1, -1);
+      if (best[at] < 0 || is_better(node, static_cast<std::size_t>(best[at]))) {
+        best[at] = static_cast<int>(node);
+      }
+    }
+  }
+  std::vector<int> kept;
+  for (int node = 0; node < static_cast<int>(hypotheses.size()); ++node) {
+    const std::vector<int>& points = hypotheses[static_cast<std::size_t>(node)].points;
+    const bool is_maximum = std::all_of(points.begin(), points.end(), [&](int point) {
+      return best[static_cast<std::size_t>(point)] == node;
+    });
+    if (is_maximum) kept.push_back(node);
+  }
+  return kept;
+}
+
 }  // namespace binpick

@@ -38,4 +38,9 @@ class ConflictGraph {
   std::vector<std::vector<int>> neighbours_;
 };
 
+/// ConflictGraph(hypotheses).suppress_non_maxima() without its edges, of which there can be as many
+/// as pairs of hypotheses: a node stays if it is the best one at each of its points. O(total number
+/// of explained points).
+[[nodiscard]] std::vector<int> suppress_non_maxima(const std::vector<ExplainedSet>& hypotheses);
+
 }  // namespace binpick

@@ -1,7 +1,7 @@
 #include "recognition/hypothesis_clusters.h"
 
 #include <algorithm>
-#include <optional>
+#include <cmath>
 
 #include "recognition/acceptance_function.h"
 #include "recognition/parallel_for.h"
@@ -14,36 +14,67 @@ constexpr float kClusterShare = 0.12f;    // of the diameter, before alignment
 constexpr float kDuplicateShare = 0.04f;  // of the diameter, after alignment
 constexpr float kMostOccluding = 0.15f;   // of the points that face the sensor
 
-/// The poses of the model's bounding box corners decide how far two poses are apart.
+/// A pose as distances between poses read it.
+struct LocatedPose {
+  Eigen::Isometry3f T;
+  Eigen::Quaternionf rotation;
+  Eigen::Vector3f fixed_point;  // of the model's symmetries, camera frame
+};
+
+/// How far the corners of the model's bounding box are apart in two poses, the nearest of the
+/// equivalent ones counting. Most pairs of poses are told apart by a point that no symmetry moves
+/// or by the angle of the relative rotation, before any corner is moved.
 class PoseDistance {
  public:
   explicit PoseDistance(const RecognitionModel& model) {
+    Eigen::Vector3f orbit = Eigen::Vector3f::Zero();
     for (const Eigen::Isometry3d& symmetry : model.symmetries) {
       symmetries_.push_back(symmetry.cast<float>());
+      rotations_.emplace_back(symmetries_.back().linear());
+      orbit += symmetries_.back() * model.centre;
     }
+    fixed_point_ = orbit / static_cast<float>(symmetries_.size());
     Eigen::AlignedBox3f box;
     for (const Eigen::Vector3f& p : model.hull) box.extend(p);
-    centre_ = box.center();
     for (int corner = 0; corner < 8; ++corner) {
       corners_.push_back(box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner)));
     }
+    // Corners lie in pairs opposite to each other, so a rotation moves one of each pair at least as
+    // far as about the centre; some corner is this far from any axis.
+    Eigen::Vector3f sides = box.sizes();
+    std::sort(sides.data(), sides.data() + 3);
+    constexpr float kMargin = 0.7f;
+    lever_ = kMargin * 0.5f * sides.head<2>().norm();
   }
 
-  [[nodiscard]] bool closer(const Eigen::Isometry3f& a, const Eigen::Isometry3f& b,
-                            float limit) const {
-    return std::any_of(symmetries_.begin(), symmetries_.end(), [&](const auto& symmetry) {
-      const Eigen::Isometry3f equivalent = b * symmetry;
-      if ((a * centre_ - equivalent * centre_).norm() > limit) return false;
-      return std::all_of(corners_.begin(), corners_.end(), [&](const Eigen::Vector3f& p) {
-        return (a * p - equivalent * p).squaredNorm() < limit * limit;
-      });
-    });
+  [[nodiscard]] LocatedPose locate(const Eigen::Isometry3f& T) const {
+    return {T, Eigen::Quaternionf(T.linear()), T * fixed_point_};
+  }
+
+  [[nodiscard]] bool closer(const LocatedPose& a, const LocatedPose& b, float limit) const {
+    if ((a.fixed_point - b.fixed_point).squaredNorm() > limit * limit) return false;
+    const Eigen::Quaternionf between = a.rotation.conjugate() * b.rotation;
+    for (std::size_t i = 0; i < symmetries_.size(); ++i) {
+      const Eigen::Quaternionf& s = rotations_[i];
+      const float cosine = between.w() * s.w() - between.vec().dot(s.vec());  // of half the angle
+      const float sine = std::sqrt(std::max(1.0f - cosine * cosine, 0.0f));
+      if (2.0f * sine * lever_ > limit) continue;
+      const Eigen::Isometry3f equivalent = b.T * symmetries_[i];
+      const bool close =
+          std::all_of(corners_.begin(), corners_.end(), [&](const Eigen::Vector3f& p) {
+            return (a.T * p - equivalent * p).squaredNorm() < limit * limit;
+          });
+      if (close) return true;
+    }
+    return false;
   }
 
  private:
   std::vector<Eigen::Isometry3f> symmetries_;
-  Eigen::Vector3f centre_;
+  std::vector<Eigen::Quaternionf> rotations_;
+  Eigen::Vector3f fixed_point_;
   std::vector<Eigen::Vector3f> corners_;
+  float lever_ = 0.0f;
 };
 
 /// Aligns every hypothesis and keeps those that stand an exact test with the fine tolerance.
@@ -95,25 +126,29 @@ std::vector<Hypothesis> keep_cluster_heads(std::vector<Hypothesis> hypotheses,
     return a.model != b.model ? a.model < b.model : a.score > b.score;
   });
   std::vector<Hypothesis> heads;
-  int model = -1;
-  std::size_t first_of_model = 0;
-  std::optional<PoseDistance> distance;
-  for (const Hypothesis& hypothesis : hypotheses) {
-    const RecognitionModel& shape = models[static_cast<std::size_t>(hypothesis.model)];
-    if (hypothesis.model != model) {
-      model = hypothesis.model;
-      first_of_model = heads.size();
-      distance.emplace(shape);
+  auto begin = hypotheses.begin();
+  while (begin != hypotheses.end()) {
+    const int model = begin->model;
+    const auto end = std::find_if(begin, hypotheses.end(),
+                                  [model](const Hypothesis& h) { return h.model != model; });
+    const RecognitionModel& shape = models[static_cast<std::size_t>(model)];
+    const PoseDistance distance(shape);
+    const float limit = share * shape.diameter;
+    std::vector<LocatedPose> taken;  // known ones, then heads
+    for (const Hypothesis& other : known) {
+      if (other.model == model) taken.push_back(distance.locate(other.T_camera_model));
     }
-    if (heads.size() - first_of_model >= static_cast<std::size_t>(most)) continue;
-    const auto is_close = [&](const Hypothesis& other) {
-      return other.model == model && distance->closer(hypothesis.T_camera_model,
-                                                      other.T_camera_model, share * shape.diameter);
-    };
-    const auto begin = heads.begin() + static_cast<std::ptrdiff_t>(first_of_model);
-    if (std::any_of(begin, heads.end(), is_close)) continue;
-    if (std::any_of(known.begin(), known.end(), is_close)) continue;
-    heads.push_back(hypothesis);
+    const std::size_t full = taken.size() + static_cast<std::size_t>(most);
+    for (; begin != end && taken.size() < full; ++begin) {
+      const LocatedPose pose = distance.locate(begin->T_camera_model);
+      const bool is_known = std::any_of(taken.begin(), taken.end(), [&](const LocatedPose& other) {
+        return distance.closer(pose, other, limit);
+      });
+      if (is_known) continue;
+      taken.push_back(pose);
+      heads.push_back(*begin);
+    }
+    begin = end;
   }
   return heads;
 }

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <limits>
 #include <set>
 
 #include "models/errors.h"
+#include "recognition/parallel_for.h"
 
 namespace binpick {
 namespace {
@@ -24,9 +26,28 @@ RecognitionModel prepare(const ModelSource& source) {
       source.shape);
 }
 
+/// All models; of those that are none, the first one's error is thrown.
+std::vector<RecognitionModel> prepare_all(const std::vector<ModelSource>& sources, int jobs) {
+  std::vector<RecognitionModel> models(sources.size());
+  std::vector<std::exception_ptr> errors(sources.size());
+  parallel_for(static_cast<int>(sources.size()), jobs, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    try {
+      models[index] = prepare(sources[index]);
+    } catch (...) {
+      errors[index] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  return models;
+}
+
 }  // namespace
 
-ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSetting setting)
+ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSetting setting,
+                           int jobs)
     : setting_(setting) {
   if (sources.empty()) throw InputError("model library: no model given; name at least one");
   std::set<std::string> names;
@@ -36,9 +57,11 @@ ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSe
     if (!names.insert(source.name).second) {
       throw InputError(fmt::format("model library: {} is given twice; name it once", source.name));
     }
-    models_.push_back(prepare(source));
-    middle_extent = std::min(middle_extent, static_cast<double>(models_.back().middle_extent));
-    diameter = std::min(diameter, static_cast<double>(models_.back().diameter));
+  }
+  models_ = prepare_all(sources, jobs);
+  for (const RecognitionModel& model : models_) {
+    middle_extent = std::min(middle_extent, static_cast<double>(model.middle_extent));
+    diameter = std::min(diameter, static_cast<double>(model.diameter));
   }
   pair_width_ = kPairWidthShare * middle_extent;
   pair_tolerance_ = kPairToleranceShare * pair_width_;
@@ -50,10 +73,12 @@ ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSe
   options.kept_fraction = setting == RecognizerSetting::kPaper ? kPaperKeptFraction : 1.0;
   options.drop_coplanar = setting == RecognizerSetting::kDefault;
   options.reduce_symmetry = setting == RecognizerSetting::kDefault;
-  pairs_ = PairTable(models_, options);
-  for (const RecognitionModel& model : models_) {
-    coplanar_pairs_.push_back(binpick::coplanar_pairs(model, options));
-  }
+  pairs_ = PairTable(models_, options, jobs);
+  coplanar_pairs_.resize(models_.size());
+  parallel_for(static_cast<int>(models_.size()), jobs, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    coplanar_pairs_[index] = binpick::coplanar_pairs(models_[index], options);
+  });
 }
 
 }  // namespace binpick

@@ -18,7 +18,8 @@ struct ModelSource {
   /// A cloud without normals gets estimated ones: outward when the frame's origin lies inside the
   /// cloud's bounding box, otherwise towards the origin (a segment cut out of a scan).
   std::variant<TriangleMesh, PointCloud> shape;
-  /// Poses that shape cannot tell apart (T_model_equivalent); empty means the identity alone.
+  /// Poses that the shape cannot tell apart (T_model_equivalent). Empty: found by registering the
+  /// shape with itself (recognition/self_registration.h); the identity alone says there are none.
   std::vector<Eigen::Isometry3d> symmetries = {};
 };
 
@@ -26,10 +27,11 @@ struct ModelSource {
 /// point pairs. Immutable once built; threads share it freely.
 class ModelLibrary {
  public:
-  /// Builds the table in time linear in the number of model points.
+  /// Builds the table in time linear in the number of model points, on up to `jobs` threads; the
+  /// result is the same for any number.
   /// @throws InputError when there is no model, two share a name, or one has no surface.
   explicit ModelLibrary(const std::vector<ModelSource>& sources,
-                        RecognizerSetting setting = RecognizerSetting::kDefault);
+                        RecognizerSetting setting = RecognizerSetting::kDefault, int jobs = 1);
 
   [[nodiscard]] const std::vector<RecognitionModel>& models() const noexcept { return models_; }
   [[nodiscard]] const PairTable& pairs() const noexcept { return pairs_; }

@@ -14,6 +14,7 @@ constexpr float kSameSurface = 1.015f;   // depths within 1.5 % of the nearest a
 constexpr double kPixelsPerLeaf = 1.35;  // a working pixel must not be coarser than a leaf / this
 constexpr int kChunk = 1024;
 constexpr int kRowsPerChunk = 16;
+constexpr int kMostLeaves = 400000;  // keeps a scene of any size affordable, at a coarser leaf
 
 double median_depth(const RangeImage& image) {
   std::vector<float> depths;
@@ -115,13 +116,18 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
   });
   timings_.image = watch.lap();
 
-  octree_ = SceneOctree(points_of(image, jobs), leaf_size, jobs);
+  const std::vector<Eigen::Vector3f> points = points_of(image, jobs);
+  octree_ = SceneOctree(points, leaf_size, jobs);
+  while (octree_.size() > kMostLeaves) {
+    const float excess = static_cast<float>(octree_.size()) / static_cast<float>(kMostLeaves);
+    octree_ = SceneOctree(points, 1.05f * std::sqrt(excess) * octree_.leaf_size(), jobs);
+  }
   timings_.octree = watch.lap();
 
   SupportPlaneOptions options;
   options.least_area = scale.least_plane_area;
-  planes_ = find_support_planes(octree_, options, seed);
-  mark_support();
+  planes_ = find_support_planes(octree_, options, seed, jobs);
+  mark_support(jobs);
   timings_.planes = watch.lap();
 
   estimate_normals(jobs);
@@ -129,15 +135,21 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
   timings_.normals = watch.lap();
 }
 
-void ObservedScene::mark_support() {
+void ObservedScene::mark_support(int jobs) {
   on_support_.assign(static_cast<std::size_t>(octree_.size()), 0);
-  for (int leaf = 0; leaf < octree_.size(); ++leaf) {
-    const Eigen::Vector3d p = octree_.point(leaf).cast<double>();
-    const bool supports = std::any_of(planes_.begin(), planes_.end(), [&](const auto& plane) {
-      return plane.height(p) < plane.tolerance;
+  for (const SupportPlane& plane : planes_) {
+    const PlaneHeight height(plane);
+    const auto tolerance = static_cast<float>(plane.tolerance);
+    parallel_chunks(octree_.size(), 8 * kChunk, jobs, [&](int, int begin, int end) {
+      for (auto leaf = static_cast<std::size_t>(begin); leaf < static_cast<std::size_t>(end);
+           ++leaf) {
+        const Eigen::Vector3f& p = octree_.points()[leaf];
+        if (height(p.x(), p.y(), p.z()) < tolerance) on_support_[leaf] = 1;
+      }
     });
-    on_support_[static_cast<std::size_t>(leaf)] = supports ? 1 : 0;
-    if (!supports) object_leaves_.push_back(leaf);
+  }
+  for (int leaf = 0; leaf < octree_.size(); ++leaf) {
+    if (!on_support(leaf)) object_leaves_.push_back(leaf);
   }
 }
 

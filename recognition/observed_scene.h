@@ -107,7 +107,7 @@ class ObservedScene {
   [[nodiscard]] const Timings& timings() const noexcept { return timings_; }
 
  private:
-  void mark_support();
+  void mark_support(int jobs);
   void estimate_normals(int jobs);
   void fill_pixels(int jobs);
 

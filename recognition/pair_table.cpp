@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "recognition/parallel_for.h"
+
 namespace binpick {
 namespace {
 
@@ -23,7 +25,7 @@ bool in_fundamental_domain(const Eigen::Vector3f& p, const RecognitionModel& mod
   return std::all_of(model.symmetries.begin(), model.symmetries.end(),
                      [&](const Eigen::Isometry3d& symmetry) {
                        const Eigen::Vector3d image = symmetry * generic;
-                       return distance <= (p.cast<double>() - image).squaredNorm() + 1e-12;
+                       return distance <= (1.0 + 1e-9) * (p.cast<double>() - image).squaredNorm();
                      });
 }
 
@@ -47,16 +49,20 @@ PairFrame inverse_of(const Eigen::Isometry3f& frame) {
   return frame.inverse().matrix().topRows<3>();
 }
 
-/// Appends the pairs of one model; returns how many there are with the ones left out as coplanar.
-std::size_t collect_pairs(const RecognitionModel& model, std::uint32_t index,
-                          const PairTableOptions& options, std::vector<StoredPair>& pairs) {
-  std::size_t considered = 0;
+struct CollectedPairs {
+  std::vector<StoredPair> pairs;
+  std::size_t considered = 0;  // with the ones left out as coplanar
+};
+
+CollectedPairs collect_pairs(const RecognitionModel& model, std::uint32_t index,
+                             const PairTableOptions& options) {
+  CollectedPairs collected;
   for_each_pair(model, options, [&](const PairDescriptor& f, const Eigen::Isometry3f& frame) {
-    ++considered;
+    ++collected.considered;
     if (options.drop_coplanar && is_coplanar(f)) return;
-    pairs.push_back({PairTable::cell(f), index, inverse_of(frame)});
+    collected.pairs.push_back({PairTable::cell(f), index, inverse_of(frame)});
   });
-  return considered;
+  return collected;
 }
 
 /// The removal of the most crowded cells: marks the cells that stay.
@@ -97,12 +103,19 @@ std::uint32_t PairTable::cell(const PairDescriptor& f) noexcept {
   return (bin(f.normals) * kBins + bin(f.first)) * kBins + bin(f.second);
 }
 
-PairTable::PairTable(const std::vector<RecognitionModel>& models, const PairTableOptions& options)
+PairTable::PairTable(const std::vector<RecognitionModel>& models, const PairTableOptions& options,
+                     int jobs)
     : models_(models.size()) {
+  std::vector<CollectedPairs> collected(models.size());
+  parallel_for(static_cast<int>(models.size()), jobs, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    collected[index] = collect_pairs(models[index], static_cast<std::uint32_t>(i), options);
+  });
   std::vector<StoredPair> pairs;
   std::size_t considered = 0;
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    considered += collect_pairs(models[i], static_cast<std::uint32_t>(i), options, pairs);
+  for (const CollectedPairs& of_model : collected) {
+    pairs.insert(pairs.end(), of_model.pairs.begin(), of_model.pairs.end());
+    considered += of_model.considered;
   }
   const std::vector<bool> keep = cells_to_keep(pairs, options.kept_fraction);
 

@@ -27,7 +27,9 @@ struct PairTableOptions {
 class PairTable {
  public:
   PairTable() = default;
-  PairTable(const std::vector<RecognitionModel>& models, const PairTableOptions& options);
+  /// On up to `jobs` threads; the same for any number.
+  PairTable(const std::vector<RecognitionModel>& models, const PairTableOptions& options,
+            int jobs = 1);
 
   /// The cell of a descriptor, in constant time.
   [[nodiscard]] static std::uint32_t cell(const PairDescriptor& f) noexcept;

@@ -5,47 +5,64 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
+#include <unordered_map>
 
 #include "models/errors.h"
 #include "recognition/mesh_simplification.h"
+#include "recognition/self_registration.h"
 #include "recognition/surface_sampling.h"
 
 namespace binpick {
 namespace {
 
 constexpr std::size_t kTestPoints = 512;
-constexpr std::size_t kSurfaceSamples = 60000;
+constexpr std::size_t kSurfaceSamples = 30000;
 constexpr float kPairPointsPerDiameter = 18.0f;
 constexpr float kDensePointsPerDiameter = 50.0f;
 constexpr std::size_t kMostRenderTriangles = 12000;
 constexpr double kRenderTolerance = 0.0015;  // of the diameter
 
-std::vector<Eigen::Vector3f> directions() {
+/// Directions over half a sphere: those to the rim of a cube's surface grid.
+std::vector<Eigen::Vector3f> half_directions() {
   std::vector<Eigen::Vector3f> all;
   for (int x = -2; x <= 2; ++x) {
     for (int y = -2; y <= 2; ++y) {
       for (int z = -2; z <= 2; ++z) {
-        if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2) {
-          all.push_back(Eigen::Vector3f(float(x), float(y), float(z)).normalized());
-        }
+        const bool on_cube = std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2;
+        const bool in_half = z > 0 || (z == 0 && (y > 0 || (y == 0 && x > 0)));
+        if (!on_cube || !in_half) continue;
+        all.push_back(Eigen::Vector3f(float(x), float(y), float(z)).normalized());
       }
     }
   }
   return all;
 }
 
-/// The farthest point in each of many directions.
-std::vector<Eigen::Vector3f> extreme_points(const std::vector<OrientedPoint>& points) {
+/// The farthest points in each of many directions.
+std::vector<Eigen::Vector3f> extreme_points(const std::vector<Eigen::Vector3f>& points) {
   std::vector<Eigen::Vector3f> extremes;
-  for (const Eigen::Vector3f& direction : directions()) {
-    const auto farthest = std::max_element(points.begin(), points.end(),
-                                           [&](const OrientedPoint& a, const OrientedPoint& b) {
-                                             return a.p.dot(direction) < b.p.dot(direction);
-                                           });
-    const bool known = std::any_of(extremes.begin(), extremes.end(),
-                                   [&](const auto& p) { return p == farthest->p; });
-    if (!known) extremes.push_back(farthest->p);
+  const auto add = [&](const Eigen::Vector3f& point) {
+    const bool known =
+        std::any_of(extremes.begin(), extremes.end(), [&](const auto& p) { return p == point; });
+    if (!known) extremes.push_back(point);
+  };
+  for (const Eigen::Vector3f& direction : half_directions()) {
+    std::size_t lowest = 0, highest = 0;
+    float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const float along = points[i].dot(direction);
+      if (along < low) {
+        low = along;
+        lowest = i;
+      }
+      if (along > high) {
+        high = along;
+        highest = i;
+      }
+    }
+    add(points[highest]);
+    add(points[lowest]);
   }
   return extremes;
 }
@@ -76,8 +93,22 @@ Eigen::Vector3f fitted_box(const std::vector<OrientedPoint>& points) {
   return sides;
 }
 
-void fill_shape(RecognitionModel& model, const std::vector<OrientedPoint>& dense) {
-  model.hull = extreme_points(dense);
+std::vector<Eigen::Isometry3d> with_identity_first(
+    const std::vector<Eigen::Isometry3d>& symmetries) {
+  std::vector<Eigen::Isometry3d> all = {Eigen::Isometry3d::Identity()};
+  for (const Eigen::Isometry3d& symmetry : symmetries) {
+    if (!symmetry.isApprox(Eigen::Isometry3d::Identity(), 1e-9)) all.push_back(symmetry);
+  }
+  return all;
+}
+
+/// Fills in everything that follows from the surface: `dense` covers it, `outline` holds its
+/// extreme points. Returns an even cover of spacing diameter / kDensePointsPerDiameter.
+std::vector<OrientedPoint> fill_shape(RecognitionModel& model,
+                                      const std::vector<OrientedPoint>& dense,
+                                      const std::vector<Eigen::Vector3f>& outline,
+                                      const std::vector<Eigen::Isometry3d>& symmetries) {
+  model.hull = extreme_points(outline);
   for (const Eigen::Vector3f& a : model.hull) {
     for (const Eigen::Vector3f& b : model.hull) {
       model.diameter = std::max(model.diameter, (a - b).norm());
@@ -90,10 +121,10 @@ void fill_shape(RecognitionModel& model, const std::vector<OrientedPoint>& dense
   model.middle_extent = sides[1];
   model.largest_face = sides[0] * sides[1];
   model.surface = thin_out(dense, model.diameter / kPairPointsPerDiameter);
-  const std::vector<OrientedPoint> uniform =
-      thin_out(dense, model.diameter / kDensePointsPerDiameter);
+  std::vector<OrientedPoint> uniform = thin_out(dense, model.diameter / kDensePointsPerDiameter);
   for (const OrientedPoint& point : uniform) model.cover.push_back(point.p);
-  for (const OrientedPoint& point : spread_evenly(uniform, kTestPoints)) {
+  const std::vector<OrientedPoint> spread = spread_evenly(uniform, kTestPoints);
+  for (const OrientedPoint& point : spread) {
     model.test_points.x.push_back(point.p.x());
     model.test_points.y.push_back(point.p.y());
     model.test_points.z.push_back(point.p.z());
@@ -101,6 +132,9 @@ void fill_shape(RecognitionModel& model, const std::vector<OrientedPoint>& dense
     model.test_points.ny.push_back(point.n.y());
     model.test_points.nz.push_back(point.n.z());
   }
+  model.symmetries = symmetries.empty() ? find_symmetries(uniform, spread, model.diameter)
+                                        : with_identity_first(symmetries);
+  return uniform;
 }
 
 void add_normals(RenderMesh& mesh) {
@@ -125,14 +159,14 @@ TriangleMesh cluster_vertices(const TriangleMesh& mesh, double cell_size) {
     int count = 0;
     std::int32_t index = 0;
   };
-  std::map<std::array<std::int64_t, 3>, Cluster> clusters;
+  std::unordered_map<std::uint64_t, Cluster> clusters;
   std::vector<std::int32_t> cluster_of;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : mesh.vertices) box.extend(p);
   const auto key_of = [&](const Eigen::Vector3d& p) {
-    std::array<std::int64_t, 3> key{};
-    for (int i = 0; i < 3; ++i) {
-      key[static_cast<std::size_t>(i)] = static_cast<std::int64_t>(std::floor(p[i] / cell_size));
-    }
-    return key;
+    const Eigen::Vector3d cell = (p - box.min()) / cell_size;
+    const auto along = [&](int axis) { return static_cast<std::uint64_t>(cell[axis]) & 0x1fffffu; };
+    return along(2) << 42 | along(1) << 21 | along(0);
   };
   for (const Eigen::Vector3d& p : mesh.vertices) {
     Cluster& cluster = clusters[key_of(p)];
@@ -182,15 +216,6 @@ RenderMesh make_tiles(const std::vector<OrientedPoint>& points, float spacing) {
   return tiles;
 }
 
-std::vector<Eigen::Isometry3d> with_identity_first(
-    const std::vector<Eigen::Isometry3d>& symmetries) {
-  std::vector<Eigen::Isometry3d> all = {Eigen::Isometry3d::Identity()};
-  for (const Eigen::Isometry3d& symmetry : symmetries) {
-    if (!symmetry.isApprox(Eigen::Isometry3d::Identity(), 1e-9)) all.push_back(symmetry);
-  }
-  return all;
-}
-
 /// The sign of the enclosed volume tells an inside-out mesh; an open one keeps its orientation.
 bool is_inside_out(const TriangleMesh& mesh, const Eigen::AlignedBox3d& box) {
   constexpr double kLeastShare = 1e-4;  // of surface times diagonal: less is no volume
@@ -238,8 +263,13 @@ RecognitionModel make_recognition_model(const std::string& name, const TriangleM
   }
   RecognitionModel model;
   model.name = name;
-  model.symmetries = with_identity_first(symmetries);
-  fill_shape(model, sample_evenly(mesh, kSurfaceSamples));
+  std::vector<Eigen::Vector3f> corners;
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::int32_t corner : triangle) {
+      corners.push_back(mesh.vertices[static_cast<std::size_t>(corner)].cast<float>());
+    }
+  }
+  fill_shape(model, sample_evenly(mesh, kSurfaceSamples), corners, symmetries);
   model.area = static_cast<float>(surface_area(mesh));
   model.render_mesh = make_render_mesh(mesh, model.diameter);
   return model;
@@ -266,11 +296,9 @@ RecognitionModel make_recognition_model(const std::string& name, const PointClou
   }
   RecognitionModel model;
   model.name = name;
-  model.symmetries = with_identity_first(symmetries);
-  fill_shape(model, points);
+  const std::vector<OrientedPoint> uniform = fill_shape(model, points, extent.points, symmetries);
   // Every kept point stands for a hexagonal cell of the spacing at which it was kept.
   const float spacing = model.diameter / kDensePointsPerDiameter;
-  const std::vector<OrientedPoint> uniform = thin_out(points, spacing);
   model.area = 1.3f * spacing * spacing * static_cast<float>(uniform.size());
   model.render_mesh = make_tiles(uniform, 1.3f * spacing);
   return model;

@@ -45,13 +45,14 @@ struct RecognitionModel {
   float area = 0.0f;           ///< of the whole surface, m^2
 };
 
-/// Prepares a closed or open triangle mesh. @throws InputError when it has no area.
+/// Prepares a closed or open triangle mesh. Without `symmetries` they are found by registering the
+/// surface with itself. @throws InputError when it has no area.
 [[nodiscard]] RecognitionModel make_recognition_model(
     const std::string& name, const TriangleMesh& mesh,
     const std::vector<Eigen::Isometry3d>& symmetries);
 
-/// Prepares a scanned cloud; see ModelSource on normals. @throws InputError when it has fewer than
-/// ten finite points or no extent.
+/// Prepares a scanned cloud, in the same way; see ModelSource on normals. @throws InputError when
+/// it has fewer than ten finite points or no extent.
 [[nodiscard]] RecognitionModel make_recognition_model(
     const std::string& name, const PointCloud& cloud,
     const std::vector<Eigen::Isometry3d>& symmetries);

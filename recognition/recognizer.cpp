@@ -53,7 +53,10 @@ class Run {
       : library_(library),
         options_(options),
         seed_(seed),
-        scene_(image, scale(), options.jobs, derive_seed(seed, "support planes")) {
+        scene_(image, scale(), options.jobs, derive_seed(seed, "support planes")),
+        shell_(scene_.octree(), static_cast<float>(library.pair_width()),
+               std::max(static_cast<float>(library.pair_tolerance()),
+                        0.5f * scene_.octree().leaf_size())) {
     const ObservedScene::Timings& prepared = scene_.timings();
     result_.timings = {{"range_image", prepared.image},
                        {"octree", prepared.octree},
@@ -118,8 +121,7 @@ class Run {
 
   /// Lines 5-8: an oriented scene point pair (u, v), if the shell round p_u holds a wanted p_v.
   [[nodiscard]] std::optional<std::pair<OrientedPoint, OrientedPoint>> sample_pair(
-      const std::vector<int>& sampled, const ShellSampler& shell, Random& random,
-      PairKind kind) const;
+      const std::vector<int>& sampled, Random& random, PairKind kind) const;
 
   [[nodiscard]] OrientedPoint oriented_point(int leaf) const {
     return {scene_.octree().point(leaf), scene_.normal(leaf)};
@@ -135,12 +137,12 @@ class Run {
   const RecognizerOptions& options_;
   const Seed seed_;
   ObservedScene scene_;
+  ShellSampler shell_;  // of width d and tolerance delta_d
   RecognitionResult result_;
 };
 
 std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
-    const std::vector<int>& sampled, const ShellSampler& shell, Random& random,
-    PairKind kind) const {
+    const std::vector<int>& sampled, Random& random, PairKind kind) const {
   // 3) sampling
   const int leaf_u = sampled[random.index(sampled.size())];  // line 5
   // 4) normal estimation: done for all points of S* beforehand                  // line 8
@@ -148,7 +150,7 @@ std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
   std::optional<std::pair<OrientedPoint, OrientedPoint>> pair;
   // If this p_v makes no pair of the wanted kind, another may.
   int draws = kind == PairKind::kAny ? 1 : 4;
-  shell.visit_in_random_order(leaf_u, random, [&](int leaf_v) {  // lines 6-7
+  shell_.visit_in_random_order(leaf_u, random, [&](int leaf_v) {  // lines 6-7
     if (scene_.on_support(leaf_v)) return false;
     if (kind != PairKind::kAny && !scene_.normal_is_reliable(leaf_v)) return false;
     const OrientedPoint v = oriented_point(leaf_v);
@@ -166,16 +168,13 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
     int pairs = 0;
     int hypotheses = 0;
   };
-  const float d_tolerance =
-      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size());
-  const ShellSampler shell(scene_.octree(), static_cast<float>(library_.pair_width()), d_tolerance);
   std::vector<Chunk> chunks(
       static_cast<std::size_t>((iterations + kIterationsPerChunk - 1) / kIterationsPerChunk));
   parallel_chunks(iterations, kIterationsPerChunk, options_.jobs, [&](int c, int begin, int end) {
     Chunk& chunk = chunks[static_cast<std::size_t>(c)];
     for (int i = begin; i < end; ++i) {  // line 4
       Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-      const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
+      const auto pair = sample_pair(sampled, random, kind);  // lines 5-9
       if (!pair) continue;
       const auto F_wx = pair_frame(pair->first, pair->second);
       if (!F_wx) continue;
@@ -240,7 +239,7 @@ void Run::recognize_as_printed() {
   });
   std::vector<int> sizes;
   for (const ExplainedSet& set : explained) sizes.push_back(static_cast<int>(set.points.size()));
-  const std::vector<int> kept = ConflictGraph(std::move(explained)).suppress_non_maxima();
+  const std::vector<int> kept = suppress_non_maxima(explained);
   add_time("select", watch.lap());
   for (const int node : kept) {
     const auto index = static_cast<std::size_t>(node);
@@ -274,7 +273,7 @@ void Run::recognize_in_rounds() {
     if (!counts) return std::nullopt;
     return Hypothesis{M, T, counts->score()};
   };
-  const int iterations = (compute_iterations() + kRoundsPerCount - 1) / kRoundsPerCount;
+  const int N = compute_iterations();
   const AcceptanceModel& acceptance =
       options_.acceptance != nullptr ? *options_.acceptance : calibrated_acceptance();
   CandidatePool pool(library_, scene_, acceptance, options_.visibility, options_.jobs);
@@ -282,6 +281,14 @@ void Run::recognize_in_rounds() {
   for (const int leaf : scene_.object_leaves()) {
     if (scene_.normal_is_reliable(leaf)) sampled.push_back(leaf);
   }
+  std::vector<std::uint8_t> is_explained(static_cast<std::size_t>(scene_.octree().size()), 0);
+  const auto all = static_cast<double>(sampled.size());
+  // N is proportional to the number of points sampled (eq. (11)): as they are explained, fewer
+  // pairs hit one of the remaining instances with the same probability.
+  const auto pairs_of_round = [&] {
+    const double share = static_cast<double>(sampled.size()) / all;
+    return static_cast<int>(std::ceil(N * share / kRoundsPerCount));
+  };
   const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
     std::vector<Hypothesis> solutions = generate_and_test(sampled, count, seed, mu, kind);
@@ -289,16 +296,17 @@ void Run::recognize_in_rounds() {
     pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
     add_time("verify", watch.lap());
     for (const SelectedCandidate& candidate : pool.select()) {
-      const std::vector<int> explained = leaves_of(scene_, candidate.pixels);
-      std::erase_if(sampled, [&](int leaf) {
-        return std::binary_search(explained.begin(), explained.end(), leaf);
-      });
+      for (const int leaf : leaves_of(scene_, candidate.pixels)) {
+        is_explained[static_cast<std::size_t>(leaf)] = 1;
+      }
     }
+    std::erase_if(sampled,
+                  [&](int leaf) { return is_explained[static_cast<std::size_t>(leaf)] != 0; });
     add_time("select", watch.lap());
   };
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
     const std::size_t before = pool.selected().size();
-    sample_round(round, iterations, PairKind::kSpatial, kSpatialClusters);
+    sample_round(round, pairs_of_round(), PairKind::kSpatial, kSpatialClusters);
     if (round + 1 >= kRoundsPerCount && pool.selected().size() == before) break;
   }
   // What shows a single flat face has no pairs but flat ones.
@@ -420,7 +428,7 @@ RecognitionResult Recognizer::recognize(const RangeImage& image, Seed seed) cons
 RecognitionResult Recognizer::recognize(const PointCloud& cloud, const Eigen::Vector3d& viewpoint,
                                         Seed seed) const {
   Stopwatch watch;
-  const ProjectedCloud projected = project_cloud(cloud, viewpoint);
+  const ProjectedCloud projected = project_cloud(cloud, viewpoint, options_.jobs);
   const double projection_seconds = watch.lap();
   RecognitionResult result = recognize(projected.image, projected.T_cloud_camera, seed);
   result.timings.insert(result.timings.begin(), {"projection", projection_seconds});

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "recognition/parallel_for.h"
 
@@ -44,6 +45,10 @@ struct SceneOctree::Chunk {
   std::vector<Eigen::Vector3i> cells;
   std::vector<Moments> moments;
   std::vector<std::uint8_t> partitions;  // that the leaf's brick belongs to
+  std::vector<std::int32_t> by_partition;
+  std::array<std::size_t, kPartitions + 1> first = {};  // of each partition in by_partition
+
+  void sort_by_partition();
 };
 
 /// A part of the bricks, chosen by hash: built by one thread from the chunks in their order.
@@ -53,11 +58,21 @@ struct SceneOctree::Partition {
   std::vector<Moments> moments;
 
   Partition() = default;
-  Partition(const std::vector<Chunk>& chunks, int index);
+  Partition(const std::vector<Chunk>& chunks, std::size_t index);
 
  private:
   void number_leaves();
 };
+
+void SceneOctree::Chunk::sort_by_partition() {
+  for (const std::uint8_t partition : partitions) ++first[partition + 1u];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  auto next = first;
+  by_partition.resize(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    by_partition[next[partitions[i]]++] = static_cast<std::int32_t>(i);
+  }
+}
 
 void SceneOctree::Moments::add(const Eigen::Vector3f& d) {
   count += 1.0f;
@@ -113,12 +128,12 @@ void SceneOctree::BrickTable::rebuild(const std::vector<Brick>& bricks) {
   }
 }
 
-SceneOctree::Partition::Partition(const std::vector<Chunk>& chunks, int index) {
+SceneOctree::Partition::Partition(const std::vector<Chunk>& chunks, std::size_t index) {
   BrickTable table;
   const auto for_each_leaf = [&](const auto& visit) {
     for (const Chunk& chunk : chunks) {
-      for (std::size_t i = 0; i < chunk.cells.size(); ++i) {
-        if (chunk.partitions[i] == index) visit(chunk, i);
+      for (std::size_t k = chunk.first[index]; k < chunk.first[index + 1]; ++k) {
+        visit(chunk, static_cast<std::size_t>(chunk.by_partition[k]));
       }
     }
   };
@@ -164,8 +179,9 @@ SceneOctree::SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_
         gather(points.data() + begin, std::min(kChunkPoints, points.size() - begin));
   });
   std::vector<Partition> partitions(kPartitions);
-  parallel_for(kPartitions, jobs,
-               [&](int i) { partitions[static_cast<std::size_t>(i)] = Partition(chunks, i); });
+  parallel_for(kPartitions, jobs, [&](int i) {
+    partitions[static_cast<std::size_t>(i)] = Partition(chunks, static_cast<std::size_t>(i));
+  });
   std::vector<int> first_brick = {0};
   std::vector<int> first_leaf = {0};
   for (const Partition& partition : partitions) {
@@ -208,6 +224,7 @@ SceneOctree::Chunk SceneOctree::gather(const Eigen::Vector3f* points, std::size_
     }
     chunk.moments[static_cast<std::size_t>(cached)].add(p - centre_of(cell, leaf_size_));
   }
+  chunk.sort_by_partition();
   return chunk;
 }
 

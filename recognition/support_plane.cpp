@@ -3,14 +3,18 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+
+#include "recognition/parallel_for.h"
 
 namespace binpick {
 namespace {
 
 constexpr std::size_t kFitPoints = 4000;  // enough for any plane's parameters
-constexpr int kRejectedPlanes = 2;        // tried and found no support before giving up
+constexpr std::size_t kOutlinePoints = 1500;
+constexpr int kRejectedPlanes = 2;  // tried and found no support before giving up
 
 using Bow = Eigen::Matrix<double, 6, 1>;
 
@@ -65,46 +69,102 @@ double fit_bow(SupportPlane& plane, const std::vector<Eigen::Vector3d>& points) 
   return std::sqrt(squares / static_cast<double>(points.size()));
 }
 
-std::vector<Eigen::Vector3d> inliers(const SupportPlane& plane,
-                                     const std::vector<Eigen::Vector3d>& points, double band) {
-  std::vector<Eigen::Vector3d> near;
-  for (const Eigen::Vector3d& p : points) {
-    if (std::abs(plane.height(p)) < band) near.push_back(p);
+/// Coordinates side by side: what is done to all points is done to several at a time.
+struct PointArrays {
+  std::vector<float> x, y, z;
+
+  [[nodiscard]] std::size_t size() const { return x.size(); }
+  [[nodiscard]] Eigen::Vector3d p(std::size_t i) const {
+    return Eigen::Vector3f(x[i], y[i], z[i]).cast<double>();
   }
-  return near;
+  void push_back(float px, float py, float pz) {
+    x.push_back(px);
+    y.push_back(py);
+    z.push_back(pz);
+  }
+};
+
+/// The points whose height over the plane satisfies `keep`, in their order.
+template <class Keep>
+PointArrays select(const PointArrays& points, const SupportPlane& plane, int jobs,
+                   const Keep& keep) {
+  constexpr int kChunk = 4096;
+  const PlaneHeight height(plane);
+  const int size = static_cast<int>(points.size());
+  std::vector<PointArrays> parts(static_cast<std::size_t>((size + kChunk - 1) / kChunk));
+  parallel_chunks(size, kChunk, jobs, [&](int chunk, int begin, int end) {
+    std::array<float, kChunk> heights;
+    for (int i = begin; i < end; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      heights[static_cast<std::size_t>(i - begin)] =
+          height(points.x[at], points.y[at], points.z[at]);
+    }
+    PointArrays& part = parts[static_cast<std::size_t>(chunk)];
+    for (int i = begin; i < end; ++i) {
+      if (!keep(heights[static_cast<std::size_t>(i - begin)])) continue;
+      const auto at = static_cast<std::size_t>(i);
+      part.push_back(points.x[at], points.y[at], points.z[at]);
+    }
+  });
+  PointArrays selected;
+  for (const PointArrays& part : parts) {
+    selected.x.insert(selected.x.end(), part.x.begin(), part.x.end());
+    selected.y.insert(selected.y.end(), part.y.begin(), part.y.end());
+    selected.z.insert(selected.z.end(), part.z.begin(), part.z.end());
+  }
+  return selected;
+}
+
+PointArrays within(const PointArrays& points, const SupportPlane& plane, double band, int jobs) {
+  const auto limit = static_cast<float>(band);
+  return select(points, plane, jobs, [limit](float height) { return std::abs(height) < limit; });
 }
 
 /// At most about `most` of the points, evenly over their order.
-std::vector<Eigen::Vector3d> thinned(const std::vector<Eigen::Vector3d>& points, std::size_t most) {
+std::vector<Eigen::Vector3d> thinned(const PointArrays& points, std::size_t most) {
   const std::size_t stride = points.size() / most + 1;
   std::vector<Eigen::Vector3d> some;
-  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
+  some.reserve(most);
+  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points.p(i));
   return some;
 }
 
+int count_within(const PointArrays& points, const SupportPlane& plane, double band) {
+  const Eigen::Vector3f n = plane.normal.cast<float>();
+  const auto offset = static_cast<float>(plane.offset);
+  const auto limit = static_cast<float>(band);
+  int count = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const float level = n.x() * points.x[i] + n.y() * points.y[i] + n.z() * points.z[i] - offset;
+    count += std::abs(level) < limit ? 1 : 0;
+  }
+  return count;
+}
+
 /// RANSAC over point triples; stops when a better plane has become unlikely (eq. (5)).
-std::optional<SupportPlane> draw_best_plane(const std::vector<Eigen::Vector3d>& points, double band,
-                                            int samples, Seed seed) {
+std::optional<SupportPlane> draw_best_plane(const PointArrays& points, double band, int samples,
+                                            Seed seed) {
   constexpr std::size_t kJudges = 1500;
   constexpr double kSuccess = 0.9999;
-  const std::vector<Eigen::Vector3d> judges = thinned(points, kJudges);
+  PointArrays judges;
+  for (const Eigen::Vector3d& p : thinned(points, kJudges)) {
+    judges.push_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                     static_cast<float>(p.z()));
+  }
   std::optional<SupportPlane> best;
   int most = 0;
   double needed = samples;
   for (int i = 0; i < needed; ++i) {
     Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-    const Eigen::Vector3d& a = points[random.index(points.size())];
-    const Eigen::Vector3d& b = points[random.index(points.size())];
-    const Eigen::Vector3d& c = points[random.index(points.size())];
+    const Eigen::Vector3d a = points.p(random.index(points.size()));
+    const Eigen::Vector3d b = points.p(random.index(points.size()));
+    const Eigen::Vector3d c = points.p(random.index(points.size()));
     const Eigen::Vector3d normal = (b - a).cross(c - a);
     if (!(normal.norm() > band * band)) continue;
     SupportPlane plane;
     plane.normal = normal.normalized();
     plane.offset = plane.normal.dot(a);
-    const auto votes =
-        static_cast<int>(std::count_if(judges.begin(), judges.end(), [&](const Eigen::Vector3d& p) {
-          return std::abs(plane.normal.dot(p) - plane.offset) < band;
-        }));
+    const int votes = count_within(judges, plane, band);
     if (votes <= most) continue;
     most = votes;
     best = plane;
@@ -150,35 +210,38 @@ bool inside(const std::vector<Eigen::Vector2d>& hull, const Eigen::Vector2d& p) 
 }
 
 /// Share of points, relative to those of the plane, that the sensor sees through the plane.
-double share_behind(const SupportPlane& plane, const std::vector<Eigen::Vector3d>& on_plane,
-                    const std::vector<Eigen::Vector3d>& points) {
+double share_behind(const SupportPlane& plane, const PointArrays& on_plane,
+                    const PointArrays& points, int jobs) {
   // Along the ragged rim of a table one sees past it: the outline is shrunk a little.
   constexpr double kShrunk = 0.94;
-  const std::vector<Eigen::Vector2d> hull = outline(thinned(on_plane, kFitPoints));
+  const std::vector<Eigen::Vector2d> hull = outline(thinned(on_plane, kOutlinePoints));
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   for (const Eigen::Vector2d& corner : hull) middle += corner / static_cast<double>(hull.size());
+  const auto limit = static_cast<float>(-3.0 * plane.tolerance);
+  const PointArrays below =
+      select(points, plane, jobs, [limit](float height) { return height <= limit; });
   std::size_t behind = 0;
-  for (const Eigen::Vector3d& p : points) {
-    if (plane.height(p) > -3.0 * plane.tolerance) continue;
+  for (std::size_t i = 0; i < below.size(); ++i) {
+    const Eigen::Vector3d p = below.p(i);
     const Eigen::Vector2d seen(p.x() / p.z(), p.y() / p.z());
     if (inside(hull, middle + (seen - middle) / kShrunk)) ++behind;
   }
   return static_cast<double>(behind) / static_cast<double>(on_plane.size());
 }
 
-/// A drawn plane fitted to all its points, with bow and tolerance; nothing when it has fewer than
+/// A drawn plane fitted to its points, with bow and tolerance; nothing when it has fewer than
 /// `least_points`. `near` receives its points.
-std::optional<SupportPlane> fit_support(const SupportPlane& drawn,
-                                        const std::vector<Eigen::Vector3d>& points, double leaf,
-                                        double least_points, std::vector<Eigen::Vector3d>& near) {
-  near = inliers(drawn, points, leaf);
-  if (static_cast<double>(near.size()) < 0.5 * least_points) return std::nullopt;
-  SupportPlane plane = fit_plane(near);
-  near = inliers(plane, points, leaf);
-  if (static_cast<double>(near.size()) < 0.5 * least_points) return std::nullopt;
-  plane = fit_plane(near);
+std::optional<SupportPlane> fit_support(const SupportPlane& drawn, const PointArrays& points,
+                                        double leaf, double least_points, int jobs,
+                                        PointArrays& near) {
+  SupportPlane plane = drawn;
+  for (int i = 0; i < 2; ++i) {
+    near = within(points, plane, leaf, jobs);
+    if (static_cast<double>(near.size()) < 0.5 * least_points) return std::nullopt;
+    plane = fit_plane(thinned(near, kFitPoints));
+  }
   double rms = fit_bow(plane, thinned(near, kFitPoints));
-  near = inliers(plane, points, std::clamp(3.0 * rms, 0.8 * leaf, 2.0 * leaf));
+  near = within(points, plane, std::clamp(3.0 * rms, 0.8 * leaf, 2.0 * leaf), jobs);
   if (static_cast<double>(near.size()) < least_points) return std::nullopt;
   rms = fit_bow(plane, thinned(near, kFitPoints));
   plane.tolerance = std::clamp(3.0 * rms, 0.8 * leaf, 3.0 * leaf);
@@ -191,16 +254,26 @@ double SupportPlane::height(const Eigen::Vector3d& p) const {
   return normal.dot(p) - offset - bow.dot(bow_terms(along_axes(*this, p)));
 }
 
+PlaneHeight::PlaneHeight(const SupportPlane& plane)
+    : normal_(plane.normal.cast<float>()),
+      axis_a_(plane.axes.col(0).cast<float>()),
+      axis_b_(plane.axes.col(1).cast<float>()),
+      middle_((plane.axes.transpose() * plane.centre).cast<float>()),
+      reach_(plane.reach.cast<float>()),
+      bow_(plane.bow.cast<float>()),
+      offset_(static_cast<float>(plane.offset)) {}
+
 std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
-                                              const SupportPlaneOptions& options, Seed seed) {
+                                              const SupportPlaneOptions& options, Seed seed,
+                                              int jobs) {
   const double leaf = octree.leaf_size();
-  std::vector<Eigen::Vector3d> all;
-  for (const Eigen::Vector3f& p : octree.points()) all.push_back(p.cast<double>());
-  std::vector<Eigen::Vector3d> rest = all;
+  PointArrays all;
+  for (const Eigen::Vector3f& p : octree.points()) all.push_back(p.x(), p.y(), p.z());
+  PointArrays rest = all;
   std::vector<SupportPlane> planes;
   // A noisy plane fills about 1.5 leaves per leaf area.
   const double least_points = 1.5 * options.least_area / (leaf * leaf);
-  std::vector<Eigen::Vector3d> near;
+  PointArrays near;
   for (int attempt = 0; attempt < options.most_planes + kRejectedPlanes; ++attempt) {
     if (static_cast<int>(planes.size()) == options.most_planes ||
         static_cast<double>(rest.size()) < least_points) {
@@ -209,18 +282,17 @@ std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
     const auto drawn = draw_best_plane(rest, 0.8 * leaf, options.samples,
                                        derive_seed(seed, static_cast<std::uint64_t>(attempt)));
     if (!drawn) break;
-    const auto plane = fit_support(*drawn, rest, leaf, least_points, near);
+    const auto plane = fit_support(*drawn, rest, leaf, least_points, jobs, near);
     if (!plane) break;
-    if (share_behind(*plane, near, all) > options.most_behind) {
+    const auto tolerance = static_cast<float>(plane->tolerance);
+    if (share_behind(*plane, near, all, jobs) > options.most_behind) {
       // No support, but a smaller plane may be one.
-      std::erase_if(rest, [&](const Eigen::Vector3d& p) {
-        return std::abs(plane->height(p)) < plane->tolerance;
-      });
+      rest = select(rest, *plane, jobs,
+                    [tolerance](float height) { return std::abs(height) >= tolerance; });
       continue;
     }
     planes.push_back(*plane);
-    std::erase_if(rest,
-                  [&](const Eigen::Vector3d& p) { return plane->height(p) < plane->tolerance; });
+    rest = select(rest, *plane, jobs, [tolerance](float height) { return height >= tolerance; });
   }
   return planes;
 }

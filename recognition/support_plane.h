@@ -27,6 +27,36 @@ struct SupportPlane {
   [[nodiscard]] double height(const Eigen::Vector3d& p) const;
 };
 
+/// SupportPlane::height in single precision, for many points.
+class PlaneHeight {
+ public:
+  explicit PlaneHeight(const SupportPlane& plane);
+
+  [[nodiscard]] float operator()(float x, float y, float z) const noexcept {
+    const float level = normal_.x() * x + normal_.y() * y + normal_.z() * z - offset_;
+    const float a =
+        limited(axis_a_.x() * x + axis_a_.y() * y + axis_a_.z() * z - middle_.x(), reach_.x());
+    const float b =
+        limited(axis_b_.x() * x + axis_b_.y() * y + axis_b_.z() * z - middle_.y(), reach_.y());
+    return level -
+           (bow_[0] + a * (bow_[1] + a * bow_[3] + b * bow_[4]) + b * (bow_[2] + b * bow_[5]));
+  }
+
+ private:
+  static float limited(float value, float reach) noexcept {
+    const float below = value < reach ? value : reach;
+    return below > -reach ? below : -reach;
+  }
+
+  Eigen::Vector3f normal_;
+  Eigen::Vector3f axis_a_;
+  Eigen::Vector3f axis_b_;
+  Eigen::Vector2f middle_;
+  Eigen::Vector2f reach_;
+  Eigen::Matrix<float, 6, 1> bow_;
+  float offset_;
+};
+
 /// What a plane must be to count as support and not as an object's face.
 struct SupportPlaneOptions {
   double least_area = 0.0;    ///< m^2; several times the largest face of any model
@@ -38,9 +68,10 @@ struct SupportPlaneOptions {
 /// Finds the support planes among the points of S* by RANSAC (IJRR 2012, section 6.3), largest
 /// first. The sensor is at the origin. A plane with points behind it inside its own outline is
 /// rejected: the coplanar tops of two boxes look like a table until one sees past them.
-/// O(samples x points); the same for the same seed.
+/// O(points) besides at most `samples` draws that are judged by a fixed number of points; on up to
+/// `jobs` threads. The same for the same seed.
 [[nodiscard]] std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
                                                             const SupportPlaneOptions& options,
-                                                            Seed seed);
+                                                            Seed seed, int jobs = 1);
 
 }  // namespace binpick

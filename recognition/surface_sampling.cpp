@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
-#include <unordered_map>
 
 #include "recognition/scene_octree.h"
+#include "recognition/surface_grid.h"
 
 namespace binpick {
 namespace {
@@ -79,14 +79,14 @@ std::vector<OrientedPoint> sample_evenly(const TriangleMesh& mesh, std::size_t c
   // The additive recurrence of the plastic number's powers (R2, Roberts 2018) inside triangles.
   constexpr double kPlastic1 = 0.7548776662466927;
   constexpr double kPlastic2 = 0.5698402909980532;
+  const auto fraction = [](double x) { return x - static_cast<double>(static_cast<long>(x)); };
+  std::size_t index = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double target = area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-    const auto found = std::lower_bound(cumulated.begin(), cumulated.end(), target);
-    const auto index =
-        std::min(static_cast<std::size_t>(found - cumulated.begin()), cumulated.size() - 1);
+    while (cumulated[index] < target && index + 1 < cumulated.size()) ++index;
     const auto& triangle = mesh.triangles[index];
-    double a = std::fmod(0.5 + kPlastic1 * static_cast<double>(i), 1.0);
-    double b = std::fmod(0.5 + kPlastic2 * static_cast<double>(i), 1.0);
+    double a = fraction(0.5 + kPlastic1 * static_cast<double>(i));
+    double b = fraction(0.5 + kPlastic2 * static_cast<double>(i));
     if (a + b > 1.0) {
       a = 1.0 - a;
       b = 1.0 - b;
@@ -103,60 +103,50 @@ std::vector<OrientedPoint> sample_evenly(const TriangleMesh& mesh, std::size_t c
 std::vector<OrientedPoint> thin_out(const std::vector<OrientedPoint>& points, float spacing) {
   // Both sides of a sharp edge or a thin wall are kept: they carry different normals.
   constexpr float kLikeOrientation = 0.7f;
-  struct KeyHash {
-    std::size_t operator()(const std::array<int, 3>& k) const noexcept {
-      return static_cast<std::size_t>(k[0]) * 73856093u ^
-             static_cast<std::size_t>(k[1]) * 19349663u ^
-             static_cast<std::size_t>(k[2]) * 83492791u;
-    }
-  };
-  std::unordered_map<std::array<int, 3>, std::vector<std::uint32_t>, KeyHash> cells;
-  std::vector<OrientedPoint> kept;
+  Eigen::AlignedBox3f box;
+  for (const OrientedPoint& point : points) box.extend(point.p);
+  if (points.empty()) return {};
+  SurfaceGrid kept(box, spacing);
   // A fixed stride visits the points in scattered order; taken in order they would form rows.
   const std::size_t size = points.size();
   std::size_t stride = static_cast<std::size_t>(0.6180339887 * static_cast<double>(size)) | 1u;
-  while (size > 0 && std::gcd(stride, size) != 1) stride += 2;
+  while (std::gcd(stride, size) != 1) stride += 2;
   for (std::size_t step = 0, i = 0; step < size; ++step, i = (i + stride) % size) {
     const OrientedPoint& candidate = points[i];
-    const Eigen::Vector3i cell = (candidate.p / spacing).array().floor().cast<int>();
-    bool crowded = false;
-    for (int dz = -1; dz <= 1 && !crowded; ++dz) {
-      for (int dy = -1; dy <= 1 && !crowded; ++dy) {
-        for (int dx = -1; dx <= 1 && !crowded; ++dx) {
-          const auto found = cells.find({cell.x() + dx, cell.y() + dy, cell.z() + dz});
-          if (found == cells.end()) continue;
-          crowded = std::any_of(found->second.begin(), found->second.end(), [&](std::uint32_t k) {
-            return (kept[k].p - candidate.p).squaredNorm() < spacing * spacing &&
-                   kept[k].n.dot(candidate.n) > kLikeOrientation;
-          });
-        }
-      }
-    }
-    if (crowded) continue;
-    cells[{cell.x(), cell.y(), cell.z()}].push_back(static_cast<std::uint32_t>(kept.size()));
-    kept.push_back(candidate);
+    const bool crowded = kept.any_near(candidate.p, [&](const OrientedPoint& other) {
+      return (other.p - candidate.p).squaredNorm() < spacing * spacing &&
+             other.n.dot(candidate.n) > kLikeOrientation;
+    });
+    if (!crowded) kept.add(candidate);
   }
-  return kept;
+  return kept.points();
 }
 
 std::vector<OrientedPoint> spread_evenly(const std::vector<OrientedPoint>& points,
                                          std::size_t count) {
   if (points.size() <= count) return order_by_uniform_prefixes(points);
-  std::vector<float> distance(points.size(), std::numeric_limits<float>::infinity());
+  // Coordinates side by side: one pass updates the distances, another finds the farthest point.
+  const std::size_t size = points.size();
+  std::vector<float> x(size), y(size), z(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    x[i] = points[i].p.x();
+    y[i] = points[i].p.y();
+    z[i] = points[i].p.z();
+  }
+  std::vector<float> distance(size, std::numeric_limits<float>::max());
   std::vector<OrientedPoint> chosen;
   chosen.reserve(count);
   std::size_t next = 0;
   while (chosen.size() < count) {
     chosen.push_back(points[next]);
-    const Eigen::Vector3f p = points[next].p;
-    float farthest = -1.0f;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      distance[i] = std::min(distance[i], (points[i].p - p).squaredNorm());
-      if (distance[i] > farthest) {
-        farthest = distance[i];
-        next = i;
-      }
+    const float px = x[next], py = y[next], pz = z[next];
+    for (std::size_t i = 0; i < size; ++i) {
+      const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
+      const float squared = dx * dx + dy * dy + dz * dz;
+      distance[i] = squared < distance[i] ? squared : distance[i];
     }
+    next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) -
+                                    distance.begin());
   }
   return order_by_uniform_prefixes(chosen);
 }

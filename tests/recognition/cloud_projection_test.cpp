@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "models/random.h"
 #include "recognition/shapes.h"
 #include "recognition/synthetic_scene.h"
 
@@ -41,6 +42,46 @@ TEST(CloudProjection, OrganisedCloudKeepsItsPixels) {
   for (std::size_t i = 0; i < image.depth.size(); ++i) {
     ASSERT_EQ(projected.image.depth[i], image.depth[i]);
   }
+}
+
+TEST(CloudProjection, OrganisedCloudTellsWhereItsSensorIs) {
+  const RangeImage image = frame();
+  PointCloud cloud = cloud_of(image, true);
+  const Eigen::Vector3d sensor(0.04, -0.02, 0.03);
+  for (Eigen::Vector3f& p : cloud.points) p += sensor.cast<float>();
+  const ProjectedCloud projected = project_cloud(cloud, Eigen::Vector3d::Zero());
+  EXPECT_LT((projected.T_cloud_camera.translation() - sensor).norm(), 1e-3);
+  EXPECT_NEAR(projected.image.intrinsics.fx, image.intrinsics.fx, 1.0);
+  ASSERT_EQ(projected.image.depth.size(), image.depth.size());
+  for (std::size_t i = 0; i < image.depth.size(); ++i) {
+    ASSERT_NEAR(projected.image.depth[i], image.depth[i], 1e-3);
+  }
+}
+
+TEST(CloudProjection, TheFarSideOfABodyIsNotSeenThroughItsNearSide) {
+  Random random(3);
+  PointCloud cloud;
+  for (int i = 0; i < 20000; ++i) {
+    cloud.points.push_back(
+        (Eigen::Vector3d(0.0, 0.0, 1.0) + 0.1 * random.unit_vector()).cast<float>());
+  }
+  cloud.width = static_cast<int>(cloud.points.size());
+  cloud.height = 1;
+  const RangeImage image = project_cloud(cloud, Eigen::Vector3d::Zero()).image;
+  std::size_t near_side = 0;
+  std::size_t far_side = 0;
+  for (const float z : image.depth) {
+    if (z > 0.0f) ++(z < 0.995f ? near_side : far_side);
+  }
+  EXPECT_GT(near_side, 4000u);
+  EXPECT_LT(static_cast<double>(far_side), 0.2 * static_cast<double>(near_side));
+}
+
+TEST(CloudProjection, DoesNotDependOnTheNumberOfThreads) {
+  const PointCloud cloud = cloud_of(frame(), false);
+  const Eigen::Vector3d viewpoint(0.001, 0.0, 0.0);
+  const ProjectedCloud one = project_cloud(cloud, viewpoint, 1);
+  EXPECT_EQ(one.image.depth, project_cloud(cloud, viewpoint, 3).image.depth);
 }
 
 TEST(CloudProjection, UnorganisedCloudIsSeenFromTheViewpoint) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "models/random.h"
+
 namespace binpick {
 namespace {
 
@@ -41,6 +43,21 @@ TEST(ConflictGraph, TouchingNeighboursMayShareAFewPoints) {
   // One of the four points of b is shared with a: 25 %.
   EXPECT_THAT(ConflictGraph(chain(), 0.3).neighbours(0), IsEmpty());
   EXPECT_THAT(ConflictGraph(chain(), 0.2).neighbours(0), ElementsAre(1));
+}
+
+TEST(ConflictGraph, SuppressionNeedsNoEdges) {
+  Random random(2);
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<ExplainedSet> sets(20);
+    for (ExplainedSet& set : sets) {
+      for (int point = 0; point < 60; ++point) {
+        if (random.uniform() < 0.04) set.points.push_back(point);
+      }
+      set.quality = static_cast<double>(set.points.size());
+    }
+    EXPECT_EQ(suppress_non_maxima(sets), ConflictGraph(sets).suppress_non_maxima());
+  }
+  EXPECT_THAT(suppress_non_maxima(chain()), ElementsAre(0, 3));
 }
 
 TEST(ConflictGraph, EmptyGraphHasNoNodes) {

@@ -44,19 +44,58 @@ void recognize_frame(benchmark::State& state) {
 }
 BENCHMARK(recognize_frame)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-void prepare_library(benchmark::State& state) {
-  const std::vector<ModelSource> sources = testing::known_objects();
-  for (auto _ : state) benchmark::DoNotOptimize(ModelLibrary(sources).pairs().size());
+/// A laser scan of some 290 000 points of a pile of free-form toys, as an unorganised cloud; the
+/// projection is part of it.
+void recognize_laser_scan(benchmark::State& state) {
+  static const testing::SceneGenerator generator(testing::toy_objects());
+  static const testing::SyntheticFrame scan = [] {
+    testing::SceneParameters parameters = testing::draw_parameters("laser", 4);
+    parameters.known = 4;
+    return generator.frame(parameters, 4);
+  }();
+  static const auto toys = std::make_shared<const ModelLibrary>(testing::toy_objects());
+  RecognizerOptions options;
+  options.jobs = static_cast<int>(state.range(0));
+  const Recognizer recognizer(toys, options);
+  Seed seed = 0;
+  std::size_t found = 0;
+  for (auto _ : state) {
+    const RecognitionResult result =
+        recognizer.recognize(scan.cloud, scan.p_scene_viewpoint, seed++);
+    found += result.detections.size();
+    for (const StageTiming& timing : result.timings) {
+      state.counters[timing.stage] += 1e3 * timing.seconds;
+    }
+  }
+  state.counters["found"] = static_cast<double>(found);
+  for (auto& [name, counter] : state.counters) counter.flags = benchmark::Counter::kAvgIterations;
 }
-BENCHMARK(prepare_library)->Unit(benchmark::kMillisecond);
+BENCHMARK(recognize_laser_scan)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The repository's three objects, or its free-form toys, from meshes in memory.
+void prepare_library(benchmark::State& state) {
+  const std::vector<ModelSource> sources =
+      state.range(0) == 0 ? testing::known_objects() : testing::toy_objects();
+  const auto jobs = static_cast<int>(state.range(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        ModelLibrary(sources, RecognizerSetting::kDefault, jobs).pairs().size());
+  }
+}
+BENCHMARK(prepare_library)
+    ->ArgsProduct({{0, 1}, {1, 2}})
+    ->ArgNames({"toys", "jobs"})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 void observe_scene(benchmark::State& state) {
+  const auto jobs = static_cast<int>(state.range(0));
   for (auto _ : state) {
-    const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, 1, 1);
+    const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, jobs, 1);
     benchmark::DoNotOptimize(observed.object_leaves().size());
   }
 }
-BENCHMARK(observe_scene)->Unit(benchmark::kMillisecond);
+BENCHMARK(observe_scene)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void test_hypothesis(benchmark::State& state) {
   const ObservedScene observed(frame(), {library()->leaf_size(), 0.054}, 1, 1);

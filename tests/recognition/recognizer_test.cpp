@@ -8,6 +8,7 @@
 #include "models/errors.h"
 #include "recognition/pose_metrics.h"
 #include "recognition/shapes.h"
+#include "recognition/surface_sampling.h"
 #include "recognition/synthetic_scene.h"
 
 namespace binpick {
@@ -161,6 +162,59 @@ TEST(Recognizer, CloudFrameIsKept) {
   ASSERT_FALSE(result.support_planes.empty());
   const Eigen::Vector3d on_table = T_cloud_camera * frame.scene.clean.image.p_camera(40, 400);
   EXPECT_LT(std::abs(result.support_planes[0].height(on_table)), 0.006);
+}
+
+/// `sources` and `image` in another unit of length.
+std::pair<std::vector<ModelSource>, RangeImage> scaled(std::vector<ModelSource> sources,
+                                                       RangeImage image, double factor) {
+  for (ModelSource& source : sources) {
+    for (Eigen::Vector3d& p : std::get<TriangleMesh>(source.shape).vertices) p *= factor;
+    for (Eigen::Isometry3d& symmetry : source.symmetries) symmetry.translation() *= factor;
+  }
+  for (float& z : image.depth) z *= static_cast<float>(factor);
+  return {std::move(sources), std::move(image)};
+}
+
+TEST(Recognizer, TheUnitOfLengthDoesNotMatter) {
+  const Frame frame = make_frame(SceneKind::kPile, 6);
+  const RecognitionResult in_metres =
+      Recognizer(library(), options(RecognizerSetting::kDefault)).recognize(frame.image, 3);
+  ASSERT_GT(in_metres.detections.size(), 2u);
+  // A power of two changes no rounding: a constant length anywhere would show.
+  constexpr double kUnits = 1024.0;
+  const auto [sources, image] = scaled(testing::known_objects(), frame.image, kUnits);
+  const RecognitionResult other = Recognizer(std::make_shared<const ModelLibrary>(sources),
+                                             options(RecognizerSetting::kDefault))
+                                      .recognize(image, 3);
+  EXPECT_EQ(other.counters.hypotheses, in_metres.counters.hypotheses);
+  ASSERT_EQ(other.detections.size(), in_metres.detections.size());
+  for (std::size_t i = 0; i < other.detections.size(); ++i) {
+    const Eigen::Isometry3d& a = in_metres.detections[i].T_scene_model;
+    const Eigen::Isometry3d& b = other.detections[i].T_scene_model;
+    EXPECT_EQ(other.detections[i].model, in_metres.detections[i].model);
+    EXPECT_LT((a.linear() - b.linear()).norm(), 1e-5);
+    EXPECT_LT((kUnits * a.translation() - b.translation()).norm(), 1e-5 * kUnits);
+  }
+}
+
+TEST(Recognizer, FindsABodyInACloudOfItsWholeSurface) {
+  Frame frame;
+  frame.scene.instances.resize(1);
+  testing::TrueInstance& bottle = frame.scene.instances.front();
+  bottle.T_camera_model.translation() << 0.05, -0.1, 0.7;
+  bottle.T_camera_model.linear() =
+      Eigen::AngleAxisd(1.2, Eigen::Vector3d(1.0, 0.3, -0.5).normalized()).toRotationMatrix();
+  PointCloud cloud;
+  const ModelSource source = testing::known_objects().front();
+  for (const OrientedPoint& point : sample_evenly(std::get<TriangleMesh>(source.shape), 20000)) {
+    cloud.points.push_back((bottle.T_camera_model * point.p.cast<double>()).cast<float>());
+  }
+  cloud.width = static_cast<int>(cloud.points.size());
+  cloud.height = 1;
+  const Recognizer recognizer(library(), options(RecognizerSetting::kDefault));
+  const RecognitionResult result = recognizer.recognize(cloud, Eigen::Vector3d::Zero(), 1);
+  EXPECT_EQ(correct(frame, result), 1);
+  EXPECT_EQ(result.detections.size(), 1u);
 }
 
 TEST(Recognizer, OptionsOutOfRangeAreAllNamed) {
