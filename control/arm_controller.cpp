@@ -1,6 +1,7 @@
 #include "control/arm_controller.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "models/errors.h"
@@ -10,16 +11,33 @@ namespace {
 
 constexpr double kLongestPeriod = 0.1;  // s
 
-// Beyond the speed that is allowed a joint is no longer driven on, over this share of its speed
-// limit, and braked as if by a time constant of 10 ms. Both only take energy out.
-constexpr double kSpeedFade = 0.1;
-constexpr double kSpeedBrake = 100.0;  // 1/s
+// No joint may come nearer to the speed that is allowed than exponentially with this time constant:
+//   sign(qd) qdd <= (allowed - |qd|) / kBarrierTime,
+// a control barrier function (Ames et al. 2019). It only ever takes energy out.
+constexpr double kTopSpeed = 0.93;      // share of the speed limit that is allowed
+constexpr double kBarrierTime = 0.008;  // s
+constexpr int kBarrierSweeps = 20;
+constexpr double kBarrierTolerance = 0.1;  // rad/s^2
+// Below this share of the allowed speed no torque that the limits permit gets near it in a tick.
+constexpr double kWatchedShare = 0.6;
+// Fixed-point steps towards qb per tick, which go on from the last tick's; each takes out at least
+// three quarters of the error (the Cartesian stiffness against that of the joints).
+constexpr int kStaticSteps = 2;
+constexpr int kFirstStaticSteps = 12;
+// A virtual spring that pulls with this share of its limit is wound up.
+constexpr double kWoundUp = 0.5;
 // Towards a position limit no joint may be faster than would take it there in this time, s.
 constexpr double kLimitApproach = 0.03;
 
 bool finite(const JointState& state) noexcept {
   return state.q.allFinite() && state.qd.allFinite() && state.tau.allFinite() &&
-         state.theta.allFinite();
+         state.theta.allFinite() && state.theta_d.allFinite();
+}
+
+CartesianImpedanceOptions cartesian_options(const ArmControllerOptions& options) {
+  CartesianImpedanceOptions cartesian = options.cartesian;
+  if (options.joints) cartesian.inertia_cap = options.joints->inertia_cap;
+  return cartesian;
 }
 
 }  // namespace
@@ -29,10 +47,14 @@ void ArmControllerOptions::validate() const {
   joint.validate();
   observer.validate();
   limiter.validate();
+  if (joints) joints->validate();
   if (!(safe_stop_damping >= 0.0)) {
     throw InputError("arm controller: the safe stop's damping must not be negative");
   }
-  if (!(max_target_speed > 0.0 && max_target_turn > 0.0)) {
+  if (!(floating_damping >= 0.0)) {
+    throw InputError("arm controller: the damping while floating must not be negative");
+  }
+  if (!(max_target_speed > 0.0 && max_target_turn > 0.0 && max_target_joint_speed > 0.0)) {
     throw InputError("arm controller: the speeds of a set-point must be positive");
   }
 }
@@ -41,7 +63,7 @@ ArmController::ArmController(const ArmModel& model, const ArmControllerOptions& 
     : options_(options),
       unloaded_model_(model),
       model_(model),
-      cartesian_(model.limits(), options.cartesian),
+      cartesian_(model.limits(), cartesian_options(options)),
       joint_(model.limits(), options.joint),
       observer_(options.observer),
       monitor_(ContactThresholds::for_phase(ContactPhase::kFree, model.limits())),
@@ -49,6 +71,7 @@ ArmController::ArmController(const ArmModel& model, const ArmControllerOptions& 
   options_.validate();
   status_.dynamics = model_.evaluate(JointVector::Zero(), JointVector::Zero());
   status_.T_world_tcp = status_.dynamics.T_world_tcp;
+  motors_.dynamics = status_.dynamics;
 }
 
 void ArmController::enter(ControlMode mode) noexcept {
@@ -81,7 +104,12 @@ void ArmController::set_thresholds(const ContactThresholds& thresholds) noexcept
   monitor_.set_thresholds(thresholds);
 }
 
-void ArmController::stop() noexcept { hold_ = true; }
+void ArmController::stop() noexcept {
+  if (mode_ == ControlMode::kFloating) enter(ControlMode::kJoint);
+  hold_ = true;
+}
+
+void ArmController::float_freely() noexcept { enter(ControlMode::kFloating); }
 
 void ArmController::set_payload(const BodyInertia& payload) {
   model_ = unloaded_model_.with_payload(payload);
@@ -93,9 +121,17 @@ void ArmController::clear_payload() noexcept {
   restart_observer();
 }
 
-void ArmController::zero_observer() noexcept { observer_.zero(); }
+void ArmController::set_sensor_offset(const JointVector& offset) noexcept {
+  sensor_offset_ = offset;
+  restart_observer();
+}
+
+void ArmController::zero_observer() noexcept {
+  set_sensor_offset(sensor_offset_ - observer_.residual());
+}
 
 void ArmController::restart_observer() noexcept {
+  motors_.known = false;
   observer_.reset();
   monitor_.reset();
 }
@@ -116,14 +152,15 @@ JointVector ArmController::tick(const JointState& state, double dt) noexcept {
     return safe_stop(JointVector::Zero(), good_period ? dt : kControlPeriod);
   }
   sense(state, dt);
-  if (mode_ == ControlMode::kSafeStop) return safe_stop(state.qd, dt);
+  if (options_.joints) sense_motors(state);
+  if (mode_ == ControlMode::kSafeStop) return safe_stop(qd(), dt);
   if (hold_) hold_present_pose();
 
   const JointVector control = within_joint_limits(control_torques(dt));
-  const std::optional<JointVector> tau = limiter_.limit(status_.dynamics.gravity, control, dt);
+  const std::optional<JointVector> tau = limiter_.limit(dynamics().gravity, control, dt);
   if (!tau) {
     raise(ControlFault::kBadTarget);
-    return safe_stop(state.qd, dt);
+    return safe_stop(qd(), dt);
   }
   status_.mode = mode_;
   status_.torque_share = limiter_.share();
@@ -138,7 +175,11 @@ void ArmController::sense(const JointState& state, double dt) noexcept {
   status_.twist = status_.dynamics.J.lazyProduct(state.qd);
   space_ = OperationalSpace(status_.dynamics.M, status_.dynamics.J, options_.cartesian.inertia_cap);
 
-  observer_.update(status_.dynamics, state.qd, state.tau, dt);
+  JointVector transmitted = state.tau - sensor_offset_;
+  if (options_.joints) {
+    transmitted += options_.joints->damping.cwiseProduct(state.theta_d - state.qd);
+  }
+  observer_.update(status_.dynamics, state.qd, transmitted, dt);
   status_.residual = observer_.residual();
   status_.external_wrench = observer_.external_wrench(space_);
   monitor_.update(status_.external_wrench, status_.residual);
@@ -146,79 +187,157 @@ void ArmController::sense(const JointState& state, double dt) noexcept {
   status_.collision = monitor_.hf1();
 }
 
+void ArmController::sense_motors(const JointState& state) noexcept {
+  const ElasticJoints& joints = *options_.joints;
+  motors_.qd = state.theta_d;
+  if (!motors_.known) motors_.load = status_.dynamics.gravity;
+  const int steps = motors_.known ? kStaticSteps : kFirstStaticSteps;
+  motors_.known = true;
+  for (int i = 0; i < steps; ++i) {
+    motors_.q = state.theta - motors_.load.cwiseQuotient(joints.stiffness);
+    motors_.dynamics = model_.evaluate(motors_.q, motors_.qd);
+    motors_.dynamics.M.diagonal() += joints.shaped_inertia();
+    motors_.space = OperationalSpace(motors_.dynamics.M, motors_.dynamics.J, joints.inertia_cap);
+    motors_.load = static_torques();
+  }
+}
+
+JointVector ArmController::static_torques() const noexcept {
+  JointVector tau = dynamics().gravity;
+  if (hold_ || starting_) return tau;
+  if (mode_ == ControlMode::kJoint) {
+    tau += joint_.static_torques(q(), q_equilibrium_);
+  } else if (mode_ == ControlMode::kCartesian) {
+    tau += cartesian_.static_torques(dynamics(), space(), q(), T_world_equilibrium_);
+  }
+  return tau;
+}
+
 void ArmController::hold_present_pose() noexcept {
-  joint_target_ = {.q = status_.q};
-  cartesian_target_ = {.T_world_tcp = status_.T_world_tcp};
-  q_equilibrium_ = status_.q;
-  T_world_equilibrium_ = status_.T_world_tcp;
+  joint_target_ = {.q = q()};
+  cartesian_target_ = {.T_world_tcp = dynamics().T_world_tcp};
+  q_equilibrium_ = q();
+  T_world_equilibrium_ = dynamics().T_world_tcp;
   hold_ = false;
 }
 
 void ArmController::start_law() noexcept {
   starting_ = false;
-  q_equilibrium_ = status_.q;
-  T_world_equilibrium_ = status_.T_world_tcp;
+  q_equilibrium_ = q();
+  T_world_equilibrium_ = dynamics().T_world_tcp;
   joint_.reset();
-  cartesian_.start(posture_.value_or(status_.q));
+  cartesian_.start(posture_.value_or(q()));
 }
 
 void ArmController::approach_target(double dt) noexcept {
-  const double turn = options_.max_target_turn * dt;
   if (mode_ == ControlMode::kJoint) {
-    q_equilibrium_ = joint_target_.q.cwiseMax(q_equilibrium_ - JointVector::Constant(turn))
-                         .cwiseMin(q_equilibrium_ + JointVector::Constant(turn))
-                         .eval();
+    approach_joint_target(dt);
+  } else {
+    approach_cartesian_target(dt);
+  }
+}
+
+void ArmController::approach_joint_target(double dt) noexcept {
+  const JointVector way = joint_target_.q - q_equilibrium_;
+  if (!(way.cwiseAbs().maxCoeff() > options_.max_target_turn * dt)) {
+    q_equilibrium_ = joint_target_.q;
     return;
   }
+  const JointVector step = (options_.max_target_joint_speed * model_.limits().velocity)
+                               .cwiseMin(options_.max_target_turn) *
+                           dt;
+  q_equilibrium_ += way.cwiseMax(-step).cwiseMin(step);
+}
+
+void ArmController::approach_cartesian_target(double dt) noexcept {
   const Eigen::Isometry3d& goal = cartesian_target_.T_world_tcp;
   Eigen::Isometry3d& now = T_world_equilibrium_;
   const Eigen::Vector3d way = goal.translation() - now.translation();
   const double distance = way.norm();
   const double travel = options_.max_target_speed * dt;
-  if (distance > travel) {
-    now.translation() += travel / distance * way;
-  } else {
-    now.translation() = goal.translation();
-  }
+  const double turn = options_.max_target_turn * dt;
   // 1 + 2 cos(angle between the two) is the sum of the entries' products.
   const double cosine = 0.5 * (now.linear().cwiseProduct(goal.linear()).sum() - 1.0);
-  if (cosine < 1.0 - 0.5 * turn * turn) {
-    const Eigen::AngleAxisd rotation(now.linear().transpose() * goal.linear());
-    now.linear() = now.linear() * Eigen::AngleAxisd(turn, rotation.axis());
-  } else {
-    now.linear() = goal.linear();
+  const bool far = distance > travel || cosine < 1.0 - 0.5 * turn * turn;
+  if (!far) {
+    now = goal;
+    return;
+  }
+  // What the arm does not follow is waited for: a spring that is wound up to its limit would hurl
+  // the tool once it comes free.
+  const Vector6& spring = cartesian_.spring_wrench();
+  if (spring.head<3>().norm() > kWoundUp * options_.cartesian.max_spring_force ||
+      spring.tail<3>().norm() > kWoundUp * options_.cartesian.max_spring_torque) {
+    return;
+  }
+  const Eigen::AngleAxisd rotation(goal.linear() * now.linear().transpose());
+  Vector6 step;
+  step << way * std::min(1.0, travel / std::max(distance, travel)),
+      rotation.axis() * std::min(rotation.angle(), turn);
+  const JointVector joint_step = space().joint_velocity_of(step);
+  const JointVector allowed = options_.max_target_joint_speed * dt * model_.limits().velocity;
+  const double excess = joint_step.cwiseAbs().cwiseQuotient(allowed).maxCoeff();
+  if (excess > 1.0) step /= excess;
+  now.translation() += step.head<3>();
+  const double angle = step.tail<3>().norm();
+  if (angle > 0.0) {
+    const Eigen::Vector3d axis = step.tail<3>() / angle;
+    now.linear() = Eigen::AngleAxisd(angle, axis) * now.linear();
   }
 }
 
 JointVector ArmController::control_torques(double dt) noexcept {
   if (starting_) start_law();
+  if (mode_ == ControlMode::kFloating) {
+    status_.spring_wrench.setZero();
+    return -options_.floating_damping * dynamics().M.lazyProduct(qd());
+  }
   approach_target(dt);
   if (mode_ == ControlMode::kJoint) {
     status_.spring_wrench.setZero();
     const JointTarget target{q_equilibrium_, joint_target_.qd, joint_target_.qdd};
-    return joint_.torques(status_.dynamics, status_.q, status_.qd, target);
+    return joint_.torques(dynamics(), q(), qd(), target);
   }
   const CartesianTarget target{T_world_equilibrium_, cartesian_target_.twist,
                                cartesian_target_.acceleration};
-  const JointVector tau =
-      cartesian_.torques(status_.dynamics, space_, status_.q, status_.qd, target, dt);
+  const JointVector tau = cartesian_.torques(dynamics(), space(), q(), qd(), target, dt);
   status_.spring_wrench = cartesian_.spring_wrench();
   return tau;
 }
 
 JointVector ArmController::within_joint_limits(JointVector control) const noexcept {
   const JointLimits& limits = model_.limits();
+  JointVector forward;  // +1 or -1: where a fast joint goes; 0 for one that needs no watching
+  JointVector most;     // acceleration forward that the barrier leaves, rad/s^2
   for (int i = 0; i < kArmJoints; ++i) {
-    const double q = status_.q[i];
-    const double qd = status_.qd[i];
-    const double room = qd > 0.0 ? limits.upper[i] - q : q - limits.lower[i];
-    const double allowed = std::min(limits.velocity[i], std::max(room, 0.0) / kLimitApproach);
-    const double excess = std::abs(qd) - allowed;
-    if (excess <= 0.0) continue;
-    if (control[i] * qd > 0.0) {
-      control[i] *= std::max(0.0, 1.0 - excess / (kSpeedFade * limits.velocity[i]));
+    // Elastic joints: the faster of motor and link.
+    const double rate = std::abs(status_.qd[i]) > std::abs(qd()[i]) ? status_.qd[i] : qd()[i];
+    const double room = rate > 0.0 ? limits.upper[i] - q()[i] : q()[i] - limits.lower[i];
+    const double allowed =
+        std::min(kTopSpeed * limits.velocity[i], std::max(room, 0.0) / kLimitApproach);
+    forward[i] = std::abs(rate) > kWatchedShare * allowed ? std::copysign(1.0, rate) : 0.0;
+    most[i] = (allowed - std::abs(rate)) / kBarrierTime;
+  }
+  if (forward.isZero(0.0)) return control;
+
+  // A joint's own torque is what keeps it back: joint by joint, until all keep to theirs.
+  JointVector qdd = space().acceleration_of(control - dynamics().coriolis);
+  JointMatrix response = JointMatrix::Zero();
+  std::array<bool, kArmJoints> known{};
+  for (int sweep = 0; sweep < kBarrierSweeps; ++sweep) {
+    bool kept = true;
+    for (int i = 0; i < kArmJoints; ++i) {
+      if (forward[i] == 0.0) continue;
+      const double excess = forward[i] * qdd[i] - most[i];
+      if (excess <= kBarrierTolerance) continue;
+      if (!known[std::size_t(i)]) response.col(i) = space().acceleration_of(JointVector::Unit(i));
+      known[std::size_t(i)] = true;
+      const double brake = forward[i] * excess / response(i, i);
+      control[i] -= brake;
+      qdd -= brake * response.col(i);
+      kept = false;
     }
-    control[i] -= kSpeedBrake * status_.dynamics.M(i, i) * std::copysign(excess, qd);
+    if (kept) break;
   }
   return control;
 }
@@ -233,8 +352,8 @@ void ArmController::raise(ControlFault fault) noexcept {
 
 JointVector ArmController::safe_stop(const JointVector& qd, double dt) noexcept {
   status_.mode = mode_;
-  const JointVector& gravity = status_.dynamics.gravity;
-  const JointVector brake = -options_.safe_stop_damping * status_.dynamics.M.lazyProduct(qd);
+  const JointVector& gravity = dynamics().gravity;
+  const JointVector brake = -options_.safe_stop_damping * dynamics().M.lazyProduct(qd);
   std::optional<JointVector> tau = limiter_.limit(gravity, brake, dt);
   if (!tau) tau = limiter_.limit(gravity, JointVector::Zero(), dt);
   return tau.value_or(JointVector::Zero());

@@ -16,6 +16,9 @@ const Vector6 kSoftestForDamping = (Vector6() << 10, 10, 10, 1, 1, 1).finished()
 /// Energy that may be kept for raising the stiffness later, J.
 constexpr double kEnergyStoreCapacity = 1.0;
 
+/// The posture fades while the last of its energy is spent: this share.
+constexpr double kPostureFade = 0.1;
+
 /// A three-axis spring in series with a clutch that slips at `limit`: the Moreau envelope of
 /// 1/2 e^T K e, whose gradient f has |f| <= limit. Slipping, all axes give way as if a compliance
 /// `slip` had been added: f_i = k_i e_i / (1 + slip k_i) with |f| = limit.
@@ -83,6 +86,7 @@ void CartesianImpedanceOptions::validate() const {
   require(posture_stiffness >= 0.0 && null_space_damping >= 0.0 && limit_stiffness >= 0.0 &&
               hard_limit_stiffness >= 0.0,
           "Cartesian impedance: null-space and limit gains must not be negative");
+  require(posture_energy > 0.0, "Cartesian impedance: the posture needs some energy to act with");
   require(limit_margin >= 0.0 && hard_limit_margin >= 0.0,
           "Cartesian impedance: margins to the joint limits must not be negative");
   require(inertia_cap.mass > 0.0 && inertia_cap.inertia > 0.0,
@@ -95,7 +99,8 @@ CartesianImpedance::CartesianImpedance(const JointLimits& limits,
     : options_(options),
       limits_(limits),
       requested_stiffness_(options.stiffness),
-      stiffness_(options.stiffness) {
+      stiffness_(options.stiffness),
+      posture_store_(options.posture_energy) {
   options_.validate();
 }
 
@@ -103,6 +108,7 @@ void CartesianImpedance::start(const JointVector& q) noexcept {
   stiffness_ = requested_stiffness_;
   posture_ = q;
   energy_store_ = 0.0;
+  posture_store_ = options_.posture_energy;
   spring_wrench_.setZero();
   spring_energy_ = 0.0;
   damping_design_.reset();
@@ -166,9 +172,30 @@ JointVector CartesianImpedance::torques(const ArmDynamics& dynamics, const Opera
     tau += planned_share * dynamics.coriolis;
   }
   tau += dynamics.J.transpose().lazyProduct(wrench);
-  tau += space.null_space_part(null_space_torques(dynamics.M, q, qd));
+
+  const double valve = std::min(posture_store_ / (kPostureFade * options_.posture_energy), 1.0);
+  // Damping in proportion to momentum keeps tool and null space apart: its power is never positive.
+  const JointVector null_space = space.null_space_part(
+      valve * posture_torques(q) - options_.null_space_damping * dynamics.M.lazyProduct(qd));
+  posture_store_ =
+      std::clamp(posture_store_ - null_space.dot(qd) * dt, 0.0, options_.posture_energy);
+  tau += null_space;
 
   ramp_stiffness(pull.stretch, lag.dot(damping), dt);
+  return tau;
+}
+
+JointVector CartesianImpedance::static_torques(
+    const ArmDynamics& dynamics, const OperationalSpace& space, const JointVector& q,
+    const Eigen::Isometry3d& T_world_target) const noexcept {
+  const Spring pull = spring(dynamics.T_world_tcp, T_world_target);
+  const Matrix6 X = twist_transform(
+      T_world_target.linear(), dynamics.T_world_tcp.linear() * options_.p_tcp_compliance_centre);
+  const Vector6 wrench = X.transpose().lazyProduct(pull.wrench);
+  const double valve = std::min(posture_store_ / (kPostureFade * options_.posture_energy), 1.0);
+  JointVector tau = hard_limit_torques(q);
+  tau += dynamics.J.transpose().lazyProduct(wrench);
+  tau += space.null_space_part(valve * posture_torques(q));
   return tau;
 }
 
@@ -194,8 +221,7 @@ void CartesianImpedance::ramp_stiffness(const Vector6& stretch, double dissipate
   }
 }
 
-JointVector CartesianImpedance::null_space_torques(const JointMatrix& M, const JointVector& q,
-                                                   const JointVector& qd) const noexcept {
+JointVector CartesianImpedance::posture_torques(const JointVector& q) const noexcept {
   JointVector tau = options_.posture_stiffness * (posture_ - q);
   for (int i = 0; i < kArmJoints; ++i) {
     const double below = limits_.lower[i] + options_.limit_margin - q[i];
@@ -203,8 +229,6 @@ JointVector CartesianImpedance::null_space_torques(const JointMatrix& M, const J
     if (below > 0.0) tau[i] += options_.limit_stiffness * below;
     if (above > 0.0) tau[i] -= options_.limit_stiffness * above;
   }
-  // Damping in proportion to momentum keeps tool and null space apart: its power is never positive.
-  tau -= options_.null_space_damping * M.lazyProduct(qd);
   return tau;
 }
 

@@ -27,6 +27,10 @@ struct CartesianImpedanceOptions {
 
   // Null space: the elbow's swivel.
   double posture_stiffness = 10.0;  ///< Nm/rad towards the posture
+  /// What posture and limit repulsion may spend before null-space damping has paid it back, J.
+  /// Their projection into the null space has no potential; this bounds the energy that it can
+  /// make.
+  double posture_energy = 1.0;
   double null_space_damping = 6.0;  ///< 1/s: torque per momentum
   double limit_margin = 0.175;      ///< rad before a joint limit where repulsion sets in
   double limit_stiffness = 200.0;   ///< Nm/rad, in the null space
@@ -54,6 +58,13 @@ struct CartesianImpedanceOptions {
 /// are compensated along the planned motion, and left alone, as passivity wants it, when somebody
 /// pushes the arm at rest.
 ///
+/// The null-space term is N^T [s (tau_posture + tau_limits) - c M qd] with the dynamically
+/// consistent projector N^T = 1 - J^T Jbar^T. Projected, the posture's spring is no gradient any
+/// more: moved in circles it could make energy. It therefore pays from a store that starts at
+/// `posture_energy` and that the same term's damping refills; s falls from 1 to 0 while the last
+/// tenth is spent. Kinetic energy, spring energy and this store together never grow by more than
+/// the work put in.
+///
 /// All feedback enters through `dynamics` and `qd`. With elastic joints these are taken at the
 /// static equivalent of the motor position and at the motor velocity, M with the shaped motor
 /// inertia; the law stays the same.
@@ -71,6 +82,12 @@ class CartesianImpedance {
                                     const JointVector& q, const JointVector& qd,
                                     const CartesianTarget& target, double dt) noexcept;
 
+  /// The part of the law that depends on positions alone, Nm: spring, posture and limits. What
+  /// elastic joints are bent by, besides gravity.
+  [[nodiscard]] JointVector static_torques(const ArmDynamics& dynamics,
+                                           const OperationalSpace& space, const JointVector& q,
+                                           const Eigen::Isometry3d& T_world_target) const noexcept;
+
   /// Asks for a stiffness, N/m and Nm/rad in tool axes, >= 0; it comes into force along the ramp.
   void set_stiffness(const Vector6& stiffness) noexcept { requested_stiffness_ = stiffness; }
   /// Where the null space pulls the arm; rad.
@@ -84,6 +101,8 @@ class CartesianImpedance {
   [[nodiscard]] double spring_energy() const noexcept { return spring_energy_; }
   /// Dissipated so far and not yet spent on raising the stiffness, J.
   [[nodiscard]] double energy_store() const noexcept { return energy_store_; }
+  /// What is left for posture and limit repulsion to spend, J.
+  [[nodiscard]] double posture_store() const noexcept { return posture_store_; }
   [[nodiscard]] const CartesianImpedanceOptions& options() const noexcept { return options_; }
 
  private:
@@ -97,8 +116,8 @@ class CartesianImpedance {
   [[nodiscard]] Spring spring(const Eigen::Isometry3d& T_world_tcp,
                               const Eigen::Isometry3d& T_world_target) const noexcept;
   void ramp_stiffness(const Vector6& stretch, double dissipated_power, double dt) noexcept;
-  [[nodiscard]] JointVector null_space_torques(const JointMatrix& M, const JointVector& q,
-                                               const JointVector& qd) const noexcept;
+  /// Towards the posture and away from limits; not yet projected.
+  [[nodiscard]] JointVector posture_torques(const JointVector& q) const noexcept;
   [[nodiscard]] JointVector hard_limit_torques(const JointVector& q) const noexcept;
 
   CartesianImpedanceOptions options_;
@@ -110,6 +129,7 @@ class CartesianImpedance {
   Vector6 spring_wrench_ = Vector6::Zero();
   double spring_energy_ = 0.0;
   double energy_store_ = 0.0;
+  double posture_store_ = 0.0;
 };
 
 }  // namespace binpick

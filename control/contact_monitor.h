@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "control/arm_model.h"
 #include "control/operational_space.h"
 
@@ -12,6 +14,7 @@ enum class ContactPhase {
   kGrasp,     ///< jaws closing and lifting
   kPlace,     ///< lowering until contact
 };
+inline constexpr std::size_t kContactPhases = 4;
 
 /// When touch is contact and when it is collision: "a contact is classified as a collision if the
 /// magnitude of the contact force exceeds a certain limit" (IJRR 2012, section 5.2).

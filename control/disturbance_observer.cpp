@@ -20,10 +20,7 @@ DisturbanceObserver::DisturbanceObserver(const DisturbanceObserverOptions& optio
 void DisturbanceObserver::reset() noexcept {
   started_ = false;
   residual_.setZero();
-  offset_.setZero();
 }
-
-void DisturbanceObserver::zero() noexcept { offset_ = residual_; }
 
 void DisturbanceObserver::update(const ArmDynamics& dynamics, const JointVector& qd,
                                  const JointVector& tau, double dt) noexcept {

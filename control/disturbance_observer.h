@@ -27,21 +27,18 @@ class DisturbanceObserver {
  public:
   explicit DisturbanceObserver(const DisturbanceObserverOptions& options);
 
-  /// Starts anew at the next update, with residual and offset zero. Call when the model changes
-  /// (a payload is picked up or released).
+  /// Starts anew at the next update, with a residual of zero. Call when the model changes (a
+  /// payload is picked up or released).
   void reset() noexcept;
-  /// Declares the present residual to be sensor offset: subtracted from now on. For an arm at rest
-  /// that touches nothing. A load is better given to the model, since its torques change with the
-  /// pose.
-  void zero() noexcept;
 
   /// Advances by `dt` seconds.
-  /// @param tau sensed joint torques during the period that ends at this state, Nm.
+  /// @param tau joint torques, motors on links, during the period that ends at this state, Nm:
+  ///   sensed, less the sensors' offsets, plus D (theta_d - qd) where joints are elastic.
   void update(const ArmDynamics& dynamics, const JointVector& qd, const JointVector& tau,
               double dt) noexcept;
 
   /// Estimated external joint torques, Nm; positive when they push the joint forward.
-  [[nodiscard]] JointVector residual() const noexcept { return residual_ - offset_; }
+  [[nodiscard]] const JointVector& residual() const noexcept { return residual_; }
   /// Estimated external wrench on the tool centre, world axes: Jbar^T r. Right when the arm is
   /// touched at the tool and away from singularities.
   [[nodiscard]] Vector6 external_wrench(const OperationalSpace& space) const noexcept {
@@ -52,7 +49,6 @@ class DisturbanceObserver {
  private:
   DisturbanceObserverOptions options_;
   JointVector residual_ = JointVector::Zero();
-  JointVector offset_ = JointVector::Zero();
   // The state at the last update.
   bool started_ = false;
   JointMatrix M_ = JointMatrix::Zero();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "models/errors.h"
 
@@ -14,11 +15,14 @@ namespace binpick {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kBranches = 8;
+constexpr std::size_t kBranches = 8;
 constexpr int kMaxSamples = 720;
 constexpr int kElbow = 3;
 
 double wrapped(double angle) noexcept { return std::remainder(angle, 2.0 * kPi); }
+
+/// An angle within (-pi, pi], half a turn on.
+double opposite(double angle) noexcept { return angle > 0.0 ? angle - kPi : angle + kPi; }
 
 Eigen::Matrix3d about_y(double angle) noexcept {
   const double c = std::cos(angle);
@@ -28,21 +32,27 @@ Eigen::Matrix3d about_y(double angle) noexcept {
   return R;
 }
 
-/// R = Rz(a) Ry(b) Rz(c), with sin(b) of the wanted sign. Near sin(b) = 0 only a + c is defined and
-/// `a` is taken from `reference`. b and c are computed with a already removed, so that an
-/// ill-determined a costs no accuracy.
-Eigen::Vector3d zyz_angles(const Eigen::Matrix3d& R, bool positive, double reference) noexcept {
-  double a = reference;
-  if (std::hypot(R(0, 2), R(1, 2)) > 1e-10) {
-    a = positive ? std::atan2(R(1, 2), R(0, 2)) : std::atan2(-R(1, 2), -R(0, 2));
+/// Both solutions (a, b, c) of R = Rz(a) Ry(b) Rz(c): first the one with sin(b) >= 0.
+struct ZyzAngles {
+  explicit ZyzAngles(const Eigen::Matrix3d& R, double reference) noexcept {
+    // Near sin(b) = 0 only a + c is defined, and `a` is the reference. b and c are computed with a
+    // already removed, so that an ill-determined a costs no accuracy.
+    const double sin_b = std::sqrt(R(0, 2) * R(0, 2) + R(1, 2) * R(1, 2));
+    singular = sin_b <= 1e-10;
+    const double ca = singular ? std::cos(reference) : R(0, 2) / sin_b;
+    const double sa = singular ? std::sin(reference) : R(1, 2) / sin_b;
+    const double sin_c = -sa * R(0, 0) + ca * R(1, 0);
+    const double cos_c = -sa * R(0, 1) + ca * R(1, 1);
+    const double a = singular ? reference : std::atan2(sa, ca);
+    upright = {a, std::atan2(ca * R(0, 2) + sa * R(1, 2), R(2, 2)), std::atan2(sin_c, cos_c)};
+    flipped = singular ? upright
+                       : Eigen::Vector3d(opposite(upright[0]), -upright[1], opposite(upright[2]));
   }
-  const double ca = std::cos(a);
-  const double sa = std::sin(a);
-  const double sin_b = ca * R(0, 2) + sa * R(1, 2);
-  const double sin_c = -sa * R(0, 0) + ca * R(1, 0);
-  const double cos_c = -sa * R(0, 1) + ca * R(1, 1);
-  return {a, std::atan2(sin_b, R(2, 2)), std::atan2(sin_c, cos_c)};
-}
+
+  Eigen::Vector3d upright;
+  Eigen::Vector3d flipped;
+  bool singular;
+};
 
 /// The direction from which swivel angles are counted: normal to `direction`, as upright as can be.
 Eigen::Vector3d swivel_reference(const Eigen::Vector3d& direction) noexcept {
@@ -77,6 +87,7 @@ struct InverseKinematics::ArmPlane {
   double distance = 0.0;        // shoulder to wrist, m
   double shoulder_angle = 0.0;  // between `direction` and the upper arm
   double elbow_angle = 0.0;     // between upper arm and forearm, [0, pi]; zero when stretched
+  Eigen::Matrix3d R_elbow;      // by elbow_angle about y
 };
 
 InverseKinematics::InverseKinematics(const ArmModel& model)
@@ -149,29 +160,58 @@ InverseKinematics::ArmPlane InverseKinematics::arm_plane(
   plane.elbow_angle = 2.0 * std::atan2(std::sqrt(stretch), std::sqrt(fold));
   plane.shoulder_angle =
       std::atan2(b * std::sin(plane.elbow_angle), a + b * std::cos(plane.elbow_angle));
+  plane.R_elbow = about_y(plane.elbow_angle);
   return plane;
 }
 
-JointVector InverseKinematics::posture(const ArmPlane& plane, double swivel, int branch,
-                                       const JointVector& reference) const noexcept {
-  const double bend = (branch & 1) == 0 ? 1.0 : -1.0;
+InverseKinematics::Postures InverseKinematics::postures(
+    const ArmPlane& plane, double swivel, const JointVector& reference) const noexcept {
   const Eigen::Vector3d side = std::cos(swivel) * plane.reference +
                                std::sin(swivel) * plane.direction.cross(plane.reference);
   const double c = std::cos(plane.shoulder_angle);
   const double s = std::sin(plane.shoulder_angle);
-  // Upper arm: z along it, x towards the wrist for a positive bend; defined for the stretched arm.
+  // Upper arm: z along it, x towards the wrist; defined for the stretched arm.
   Eigen::Matrix3d R_upper;
   R_upper.col(2) = c * plane.direction + s * side;
-  R_upper.col(0) = bend * (s * plane.direction - c * side);
+  R_upper.col(0) = s * plane.direction - c * side;
   R_upper.col(1) = R_upper.col(2).cross(R_upper.col(0));
+  const Eigen::Matrix3d R_forearm = R_upper.lazyProduct(plane.R_elbow);
+  const Eigen::Matrix3d R_wrist = R_forearm.transpose().lazyProduct(plane.R_hand);
+  const double shoulder_reference = sign_[0] * reference[0];
+  const double wrist_reference = sign_[4] * reference[4];
 
-  const double elbow = bend * plane.elbow_angle;
-  const Eigen::Matrix3d R_wrist = (R_upper * about_y(elbow)).transpose() * plane.R_hand;
-  const Eigen::Vector3d shoulder = zyz_angles(R_upper, (branch & 2) == 0, sign_[0] * reference[0]);
-  const Eigen::Vector3d wrist = zyz_angles(R_wrist, (branch & 4) == 0, sign_[4] * reference[4]);
-  JointVector q;
-  q << shoulder, elbow, wrist;
-  return q.cwiseProduct(sign_);
+  Postures result;
+  const auto fill = [&](std::size_t bend, const ZyzAngles& shoulder, double elbow,
+                        const ZyzAngles& wrist) {
+    for (std::size_t branch = bend; branch < kBranches; branch += 2) {
+      const Eigen::Vector3d& upper = (branch & 2) == 0 ? shoulder.upright : shoulder.flipped;
+      const Eigen::Vector3d& hand = (branch & 4) == 0 ? wrist.upright : wrist.flipped;
+      result[branch] << upper, elbow, hand;
+      result[branch] = result[branch].cwiseProduct(sign_);
+    }
+  };
+  ZyzAngles shoulder(R_upper, shoulder_reference);
+  ZyzAngles wrist(R_wrist, wrist_reference);
+  fill(0, shoulder, plane.elbow_angle, wrist);
+
+  // Bent the other way, upper arm and forearm turn by half a turn about themselves:
+  // Rz(pi) Ry(-b) = Ry(b) Rz(pi).
+  if (shoulder.singular) {
+    R_upper.leftCols<2>() = -R_upper.leftCols<2>();
+    shoulder = ZyzAngles(R_upper, shoulder_reference);
+  } else {
+    shoulder.upright[2] = opposite(shoulder.upright[2]);
+    shoulder.flipped[2] = opposite(shoulder.flipped[2]);
+  }
+  if (wrist.singular) {
+    Eigen::Matrix3d R_turned = R_wrist;
+    R_turned.topRows<2>() = -R_turned.topRows<2>();
+    wrist = ZyzAngles(R_turned, wrist_reference);
+  } else {
+    std::swap(wrist.upright[0], wrist.flipped[0]);
+  }
+  fill(1, shoulder, -plane.elbow_angle, wrist);
+  return result;
 }
 
 double InverseKinematics::margin(const JointVector& q) const noexcept {
@@ -213,21 +253,18 @@ IkBranches InverseKinematics::branches(const Eigen::Isometry3d& T_world_tcp,
   IkBranches found;
   const ArmPlane plane = arm_plane(T_world_tcp);
   if (out_of_reach(plane.distance)) return found;
-  for (int branch = 0; branch < kBranches; ++branch) {
-    const JointVector q = posture(plane, swivel, branch, JointVector::Zero());
-    if (limits_.contains(q)) {
-      found.push_back({q, wrapped(swivel), margin(q)});
-    }
+  for (const JointVector& q : postures(plane, swivel, JointVector::Zero())) {
+    if (limits_.contains(q)) found.push_back({q, wrapped(swivel), margin(q)});
   }
   return found;
 }
 
-double InverseKinematics::refine(const ArmPlane& plane, int branch, double swivel,
+double InverseKinematics::refine(const ArmPlane& plane, std::size_t branch, double swivel,
                                  double half_width, const JointVector& reference) const noexcept {
   // Golden-section search for the largest margin.
   constexpr double kGolden = 0.6180339887498949;
   constexpr int kSteps = 40;
-  const auto value = [&](double psi) { return margin(posture(plane, psi, branch, reference)); };
+  const auto value = [&](double psi) { return margin(postures(plane, psi, reference)[branch]); };
   double low = swivel - half_width;
   double high = swivel + half_width;
   double left = high - kGolden * (high - low);
@@ -257,7 +294,7 @@ IkResult InverseKinematics::solve(const Eigen::Isometry3d& T_world_tcp, const Jo
   const ArmPlane plane = arm_plane(T_world_tcp);
   if (const std::optional<IkFailure> failure = out_of_reach(plane.distance)) return *failure;
 
-  const int samples = std::clamp(options.swivel_samples, kBranches, kMaxSamples);
+  const int samples = std::clamp(options.swivel_samples, 8, kMaxSamples);
   const double step = 2.0 * kPi / samples;
   const double first = swivel(seed);
   bool posture_exists = false;
@@ -265,37 +302,37 @@ IkResult InverseKinematics::solve(const Eigen::Isometry3d& T_world_tcp, const Jo
   IkSolution best;
   const auto consider = [&](const JointVector& q, double psi) {
     const double all = margin(q);
-    if (all < options.min_margin) return;
+    if (all < options.min_margin) return all;
     posture_exists = true;
     const double distance = (q - seed).cwiseAbs().maxCoeff();
-    if (distance > options.max_step) return;
+    if (distance > options.max_step) return all;
     const double score = free_margin(q) - options.continuity * distance / kPi -
                          options.elbow_up * 0.5 * (1.0 - std::cos(psi));
     if (score > best_score) {
       best_score = score;
       best = {q, wrapped(psi), all};
     }
+    return all;
   };
 
   std::array<std::array<double, kMaxSamples>, kBranches> margins;
-  for (int branch = 0; branch < kBranches; ++branch) {
-    for (int k = 0; k < samples; ++k) {
-      const double psi = first + k * step;
-      const JointVector q = posture(plane, psi, branch, seed);
-      margins[std::size_t(branch)][std::size_t(k)] = margin(q);
-      consider(q, psi);
+  for (int k = 0; k < samples; ++k) {
+    const double psi = first + k * step;
+    const Postures all = postures(plane, psi, seed);
+    for (std::size_t branch = 0; branch < kBranches; ++branch) {
+      margins[branch][std::size_t(k)] = consider(all[branch], psi);
     }
   }
   if (!posture_exists) {
-    for (int branch = 0; branch < kBranches; ++branch) {
-      const std::array<double, kMaxSamples>& of_branch = margins[std::size_t(branch)];
+    for (std::size_t branch = 0; branch < kBranches; ++branch) {
+      const std::array<double, kMaxSamples>& of_branch = margins[branch];
       for (int k = 0; k < samples; ++k) {
         const double before = of_branch[std::size_t((k + samples - 1) % samples)];
         const double after = of_branch[std::size_t((k + 1) % samples)];
         const double here = of_branch[std::size_t(k)];
         if (here < before || here < after) continue;
         const double psi = refine(plane, branch, first + k * step, step, seed);
-        consider(posture(plane, psi, branch, seed), psi);
+        consider(postures(plane, psi, seed)[branch], psi);
       }
     }
   }

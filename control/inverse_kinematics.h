@@ -118,12 +118,14 @@ class InverseKinematics {
 
   [[nodiscard]] std::optional<IkFailure> out_of_reach(double distance) const noexcept;
   [[nodiscard]] ArmPlane arm_plane(const Eigen::Isometry3d& T_world_tcp) const noexcept;
-  /// Branch 0-7 at a swivel angle, whatever the limits.
-  [[nodiscard]] JointVector posture(const ArmPlane& plane, double swivel, int branch,
-                                    const JointVector& reference) const noexcept;
+  /// All branches at a swivel angle, whatever the limits, from one decomposition of the shoulder
+  /// and one of the wrist. Bit 0 of the index: elbow, bit 1: shoulder, bit 2: wrist.
+  using Postures = std::array<JointVector, 8>;
+  [[nodiscard]] Postures postures(const ArmPlane& plane, double swivel,
+                                  const JointVector& reference) const noexcept;
   [[nodiscard]] double free_margin(const JointVector& q) const noexcept;
-  [[nodiscard]] double refine(const ArmPlane& plane, int branch, double swivel, double half_width,
-                              const JointVector& reference) const noexcept;
+  [[nodiscard]] double refine(const ArmPlane& plane, std::size_t branch, double swivel,
+                              double half_width, const JointVector& reference) const noexcept;
 
   Eigen::Isometry3d T_world_base_;
   JointLimits limits_;

@@ -29,9 +29,7 @@ JointVector JointImpedance::torques(const ArmDynamics& dynamics, const JointVect
                                     const JointVector& qd, const JointTarget& target) noexcept {
   const JointMatrix D =
       damping_design_.from_inertia(options_.stiffness, dynamics.M, options_.damping_ratio);
-  const JointVector spring = options_.stiffness.cwiseProduct(target.q - q)
-                                 .cwiseMax(-max_spring_torque_)
-                                 .cwiseMin(max_spring_torque_);
+  const JointVector spring = static_torques(q, target.q);
   const JointVector momentum = dynamics.M.lazyProduct(qd);
   const double energy = qd.dot(momentum);
   const double planned_share =

@@ -27,6 +27,13 @@ class JointImpedance {
   /// Joint torques without gravity, Nm. Allocates nothing.
   [[nodiscard]] JointVector torques(const ArmDynamics& dynamics, const JointVector& q,
                                     const JointVector& qd, const JointTarget& target) noexcept;
+  /// The part of the law that depends on positions alone, Nm: the spring.
+  [[nodiscard]] JointVector static_torques(const JointVector& q,
+                                           const JointVector& q_target) const noexcept {
+    return options_.stiffness.cwiseProduct(q_target - q)
+        .cwiseMax(-max_spring_torque_)
+        .cwiseMin(max_spring_torque_);
+  }
   /// Forgets the last call.
   void reset() noexcept { damping_design_.reset(); }
 

@@ -91,6 +91,15 @@ Vector6 OperationalSpace::wrench_of(const JointVector& tau) const noexcept {
   return lambda_times(acceleration);
 }
 
+JointVector OperationalSpace::acceleration_of(const JointVector& tau) const noexcept {
+  return solve_upper<kArmJoints>(L_, solve_lower<kArmJoints>(L_, tau));
+}
+
+JointVector OperationalSpace::joint_velocity_of(const Vector6& v) const noexcept {
+  const Vector6 momentum = lambda_times(v);
+  return solve_upper<kArmJoints>(L_, X_.lazyProduct(momentum));
+}
+
 JointVector OperationalSpace::null_space_part(const JointVector& tau) const noexcept {
   const Vector6 wrench = wrench_of(tau);
   return tau - J_.transpose().lazyProduct(wrench);

@@ -5,14 +5,18 @@
 #include <limits>
 #include <numbers>
 
+#include "control/line_reach.h"
 #include "models/mesh_geometry.h"
 
 namespace binpick {
 namespace {
 
-constexpr double kGravity = 9.81;
 // Settling after a motion before forces are read, s.
 constexpr double kSettleTime = 0.1;
+// Over which the load's wrench is averaged, s.
+constexpr double kWeighTime = 0.05;
+// What the jaws can hold by far, kg.
+constexpr double kHeaviestPayload = 3.0;
 // Fewer scene points than this in the gripper's way are noise.
 constexpr int kNoiseVotes = 6;
 // Moves to the overview pose that a touch on the way may interrupt.
@@ -93,7 +97,7 @@ RobotSkills::RobotSkills(const Parts& parts, const SkillOptions& options)
 void RobotSkills::enter(ContactPhase phase, double collision_force) {
   ContactThresholds thresholds = ContactThresholds::for_phase(phase, parts_.model.limits());
   thresholds.collision_force = collision_force;
-  manipulator_.controller().set_thresholds(thresholds);
+  manipulator_.enter(phase, thresholds);
 }
 
 // State 1.
@@ -153,6 +157,10 @@ SkillResult RobotSkills::execute_grasp(const GraspPlan& plan) {
   manipulator_.controller().set_stiffness(options_.stiffness);
   manipulator_.reset_peak_force();
 
+  const JointVector& q = manipulator_.state().joints.q;
+  if (line_failure(parts_.kinematics, parts_.model.forward_kinematics(q), plan.T_world_grasp, q)) {
+    return SkillResult::kUnreachable;
+  }
   enter(ContactPhase::kApproach, options_.collision_force);
   const MotionEnd approach = manipulator_.move_line(
       plan.T_world_grasp, CartesianMotionLimits::at_speed(options_.approach_speed));
@@ -181,9 +189,9 @@ MotionStops RobotSkills::watching_load() const {
 }
 
 void RobotSkills::weigh() {
-  const double weight = -manipulator_.controller().status().external_wrench.z();
-  const double mass = std::clamp(weight / kGravity, 0.0, 3.0);
-  manipulator_.controller().set_payload({mass, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()});
+  BodyInertia payload = manipulator_.weigh(kWeighTime);
+  payload.mass = std::min(payload.mass, kHeaviestPayload);
+  manipulator_.controller().set_payload(payload);
 }
 
 // State 5.

@@ -41,6 +41,21 @@ void forward_kinematics(benchmark::State& state) {
 }
 BENCHMARK(forward_kinematics);
 
+/// All branches of a pose at one swivel angle.
+void branches_at_one_swivel(benchmark::State& state) {
+  const ArmModel arm = testing::make_arm();
+  const InverseKinematics kinematics(arm);
+  std::vector<Eigen::Isometry3d> poses;
+  for (const JointVector& q : postures(arm)) poses.push_back(arm.forward_kinematics(q));
+  std::size_t i = 0;
+  for ([[maybe_unused]] const auto step : state) {
+    benchmark::DoNotOptimize(kinematics.branches(poses[i % kPostures], 0.3));
+    ++i;
+  }
+}
+BENCHMARK(branches_at_one_swivel)->Unit(benchmark::kMicrosecond);
+
+/// The best posture over 72 swivel angles.
 void solve_inverse_kinematics(benchmark::State& state) {
   const ArmModel arm = testing::make_arm();
   const InverseKinematics kinematics(arm);

@@ -142,22 +142,6 @@ TEST(DisturbanceObserver, TimeConstantDoesNotDependOnThePeriod) {
   }
 }
 
-TEST(DisturbanceObserver, ZeroTakesTheOffsetAway) {
-  const ArmModel model = testing::make_arm();
-  const JointVector pose = test_poses()[0];
-  const ArmDynamics dynamics = model.evaluate(pose, JointVector::Zero());
-  const JointVector offset = JointVector::LinSpaced(-0.3, 0.3);
-  DisturbanceObserver observer({.gain = 50.0});
-  for (int i = 0; i < 1000; ++i) {
-    observer.update(dynamics, JointVector::Zero(), dynamics.gravity + offset, kControlPeriod);
-  }
-  EXPECT_LT((observer.residual() + offset).norm(), 1e-6);
-  observer.zero();
-  EXPECT_EQ(observer.residual(), JointVector::Zero());
-  observer.reset();
-  EXPECT_EQ(observer.residual(), JointVector::Zero());
-}
-
 TEST(DisturbanceObserver, RefusesAGainWithoutMeaning) {
   EXPECT_THROW(DisturbanceObserver({.gain = 0.0}), InputError);
 }

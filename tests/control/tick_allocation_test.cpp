@@ -5,6 +5,8 @@
 
 #include "control/arm_controller.h"
 #include "control/arm_plant.h"
+#include "control/collision_reaction.h"
+#include "control/elastic_joints.h"
 #include "control/test_arm.h"
 
 // Every allocation of this program passes here: operator new and Eigen both end in malloc. The
@@ -83,6 +85,34 @@ TEST(TickAllocation, NeitherTickNorSettersAllocate) {
   }
   EXPECT_EQ(allocations - before, 0U);
   EXPECT_TRUE(tau.allFinite());
+}
+
+TEST(TickAllocation, NeitherElasticJointsNorReactionsAllocate) {
+  const ArmModel model = testing::make_arm();
+  const JointVector pose = test_poses()[0];
+  ArmControllerOptions options;
+  options.joints = ElasticJoints::of(load_lwr_drives());
+  const TorqueFeedback feedback(*options.joints);
+  ArmController controller(model, options);
+  CollisionReaction reaction(controller);
+  const CartesianTarget target{.T_world_tcp = model.forward_kinematics(pose)};
+  (void)reaction_table();
+
+  const std::size_t before = allocations;
+  for (const Reaction selected :
+       {Reaction::kStop, Reaction::kFloat, Reaction::kRetreat, Reaction::kYield, Reaction::kSlow}) {
+    controller.set_cartesian_target(target);
+    reaction.begin(selected);
+    for (int i = 0; i < 300; ++i) {
+      // A push of 8 Nm on joint 2 after 20 ms.
+      JointState state{.q = pose, .tau = model.gravity(pose), .theta = pose};
+      if (i > 20) state.tau[1] -= 8.0;
+      (void)feedback.motor_torques(state, controller.tick(state, kControlPeriod));
+      reaction.update(kControlPeriod);
+    }
+    EXPECT_NE(reaction.state(), ReactionState::kNominal);
+  }
+  EXPECT_EQ(allocations - before, 0U);
 }
 
 }  // namespace
