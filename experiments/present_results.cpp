@@ -20,7 +20,7 @@ void print_conflicts(const RunResults& results) {
 }
 
 int present_results(const ResultFolder& folder, const Experiment& experiment) {
-  const RunResults results = folder.read();
+  const RunResults results = folder.read(&experiment);
   print_conflicts(results);
   const ResultSummary summary = summarize(experiment, results.trials);
   fmt::print("{}\n", result_table(experiment, summary));

@@ -57,7 +57,8 @@ void write_writer(int descriptor, const StoreWriter& writer) {
 
 std::string StoreWriter::text() const { return fmt::format("process {} on {}", process, host); }
 
-RunResults read_results(const std::vector<std::filesystem::path>& stores) {
+RunResults read_results(const std::vector<std::filesystem::path>& stores,
+                        const Experiment* extended) {
   if (stores.empty()) throw InputError("no result stores (trials*.sqlite) were found");
   RunResults results;
   std::set<std::string> cpus;
@@ -71,7 +72,7 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores) {
     std::istringstream classes(manifest.cpu);
     for (std::string each; std::getline(classes, each, '|');) cpus.insert(each);
     std::string conflict = results.manifest.conflict_with(manifest);
-    if (conflict.empty() && results.manifest.config != manifest.config) {
+    if (conflict.empty() && extended == nullptr && results.manifest.config != manifest.config) {
       conflict = "results of another configuration (number of trials, gates or paper counts)";
     }
     if (!conflict.empty()) {
@@ -81,6 +82,10 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores) {
     for (const auto& [key, trial] : store.trials()) {
       if (!insert_trial(results.trials, key, trial)) conflicts.insert(key);
     }
+  }
+  if (extended != nullptr) {
+    results.manifest.config = extended->config_hash();
+    results.manifest.yaml = extended->effective_yaml();
   }
   results.conflicts.assign(conflicts.begin(), conflicts.end());
   results.manifest.cpu = fmt::format("{}", fmt::join(cpus, "|"));
@@ -118,13 +123,13 @@ std::optional<Shard> ResultFolder::shard_of(const std::filesystem::path& store) 
   return Shard{index, count};
 }
 
-RunResults ResultFolder::read() const {
+RunResults ResultFolder::read(const Experiment* extended) const {
   const auto found = stores();
   if (found.empty()) {
     throw InputError(
         fmt::format("{}: no results here (trials*.sqlite), check the path", path_.string()));
   }
-  return read_results(found);
+  return read_results(found, extended);
 }
 
 FileDescriptor ResultFolder::lock(const std::optional<Shard>& shard, int workers) const {

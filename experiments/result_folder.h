@@ -21,8 +21,12 @@ struct RunResults {
 };
 
 /// Reads and joins stores, in any order with the same result.
+/// @param extended the experiment that they are of, when some may still say what they were of
+/// before its number of trials, stopping rule, gates or paper counts changed: the shards of a run
+/// that is being extended, one after the other.
 /// @throws InputError when there are none, or when they are not of one run and configuration.
-[[nodiscard]] RunResults read_results(const std::vector<std::filesystem::path>& stores);
+[[nodiscard]] RunResults read_results(const std::vector<std::filesystem::path>& stores,
+                                      const Experiment* extended = nullptr);
 
 /// The run that is writing a store.
 struct StoreWriter {
@@ -49,7 +53,7 @@ class ResultFolder {
   /// The inverse: which shard's a store is, by its name; nothing for the store of a whole run.
   [[nodiscard]] static std::optional<Shard> shard_of(const std::filesystem::path& store);
   /// @throws InputError unless there is at least one store.
-  [[nodiscard]] RunResults read() const;
+  [[nodiscard]] RunResults read(const Experiment* extended = nullptr) const;
 
   /// Makes the folder and keeps other runs from writing this shard's store until the descriptor is
   /// closed or the process ends, however it ends. `workers` is for those who ask `writer_of`.

@@ -1,5 +1,7 @@
 #include "program_run.h"
 
+#include "experiments/sqlite_database.h"
+
 namespace binpick {
 namespace {
 
@@ -104,6 +106,41 @@ TEST_F(ProgramRun, MergeRefusesOtherRuns) {
   EXPECT_EQ(run({"merge", "ab", "a", "nowhere"}), 2);
   EXPECT_EQ(run_into("a", {"--trials", "3", "--seed", "4"}), 2);
   EXPECT_THAT(err_, HasSubstr("'seed: 3' instead of 'seed: 4'"));
+}
+
+TEST_F(ProgramRun, ShardsInOneFolderCanBeExtendedOneByOne) {
+  configure("rate: 0.6");
+  for (const char* shard : {"0/2", "1/2"}) {
+    ASSERT_EQ(run_into("parts", {"--shard", shard, "--trials", "7"}), 0) << err_;
+  }
+  for (const char* shard : {"0/2", "1/2"}) {
+    ASSERT_EQ(run_into("parts", {"--shard", shard}), 0) << err_;
+  }
+  ASSERT_EQ(run_into("whole"), 0);
+  EXPECT_TRUE(canonical("parts") == canonical("whole"));
+}
+
+TEST_F(ProgramRun, VersionsAreNotMixed) {
+  configure("rate: 0.6");
+  ASSERT_EQ(run_into("a", {"--shard", "0/2"}), 0);
+  ASSERT_EQ(run_into("b", {"--shard", "1/2"}), 0);
+  const auto change = [&](const std::string& key, const std::string& value) {
+    SqliteDatabase store(folder_ / "b" / "trials-1-of-2.sqlite", SqliteDatabase::Access::kWrite);
+    store.execute("UPDATE manifest SET value = '" + value + "' WHERE key = '" + key + "'");
+  };
+  const std::pair<const char*, const char*> changes[] = {
+      {"build", "holds results of another build of binpick"},
+      {"program", "holds results of binpick 0.0.9, not"},
+      {"protocol", "holds results of protocol version 0.0.9, not"},
+      {"schema", "a result store of schema '0.0.9', this program reads"}};
+  for (const auto& [key, words] : changes) {
+    change(key, "0.0.9");
+    EXPECT_EQ(run({"merge", "ab", "a", "b"}), 2) << key;
+    EXPECT_THAT(err_, HasSubstr(words));
+    EXPECT_EQ(run_into("b"), 2) << key;
+    EXPECT_THAT(err_, HasSubstr(words));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "ab"));
 }
 
 TEST_F(ProgramRun, MergeSaysWhichShardsAreMissing) {
