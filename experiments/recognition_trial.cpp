@@ -11,6 +11,7 @@
 #include "experiments/recognition_objects.h"
 #include "experiments/timing_turn.h"
 #include "experiments/trial_setup.h"
+#include "sim/png_writer.h"
 
 namespace binpick {
 namespace {
@@ -84,6 +85,18 @@ Eigen::Isometry3d nearest_equivalent(const Eigen::Isometry3d& T,
     if (distance(candidate) < distance(nearest)) nearest = candidate;
   }
   return nearest;
+}
+
+/// Pictures of a trial that is reproduced: what the camera would see without errors, what the
+/// sensor made of it, and which pixels are whose.
+void write_pictures(const std::filesystem::path& folder, const CleanView& view, const Scan& scan,
+                    const SegmentationImage& owners) {
+  std::filesystem::create_directories(folder);
+  write_png(folder / "ideal.png", false_colour(view.image));
+  write_png(folder / "objects.png", false_colour(owners));
+  if (const auto* image = std::get_if<RangeImage>(&scan)) {
+    write_png(folder / "scan.png", false_colour(*image));
+  }
 }
 
 void add_counts(const CleanView& view, const RecognitionJudgement& judgement,
@@ -226,10 +239,12 @@ TrialRecord RecognitionTrial::run(const TrialContext& context) {
       fixed ? derive_seed(static_cast<Seed>(now.scene_seed), "pile") : context.seeds.shared("pile");
   const CleanView view = scenes_in_use_->view(now, pile);
   context.enter(TrialStage::kOverview);
-  const auto pixels = object_pixels(scenes_in_use_->segmentation(), view.objects.size());
+  const SegmentationImage owners = scenes_in_use_->segmentation();
+  const auto pixels = object_pixels(owners, view.objects.size());
   const double diagonal = box_diagonal(view.image, pixels);
   const Seed sensor = context.seeds.shared("sensor");
   const Scan scan = measure(view.image, now, diagonal, sensor);
+  if (context.trace) write_pictures(*context.trace, view, scan, owners);
 
   context.enter(TrialStage::kRecognize);
   const auto started = std::chrono::steady_clock::now();
