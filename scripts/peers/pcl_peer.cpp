@@ -1,8 +1,10 @@
 // PCL's ObjRecRANSAC on exchanged scenes. Parameters of PCL's own example for the paper's objects
 // (tools/obj_rec_ransac_result.cpp: pair width 40, voxels 5, coplanarity 15 degrees, in mm), scaled
 // to the models; success probability, thresholds and refinement are its defaults (no setters).
-// usage: pcl_peer FOLDER ROW table|cut|plane LIMIT_S
-//   plane: the largest plane is removed first, as the example does.
+//
+// usage: pcl_peer FOLDER ROW table|cut|plane LIMIT_S [VOXEL_FACTOR]
+//   plane: the largest plane is removed first, as the example does; the factor makes its voxels,
+//   and with them its tolerances, coarser than the example's.
 
 #include <pcl/features/normal_3d.h>
 #include <pcl/filters/voxel_grid.h>
@@ -51,14 +53,14 @@ Cloud::Ptr without_plane(const Cloud& cloud) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) return 2;
+  if (argc < 5) return 2;
   const std::string folder = argv[1];
   const std::string table = argv[3];
   const std::vector<peers::Model> models = peers::read_models(folder);
   double smallest = models.front().diameter;
   for (const peers::Model& model : models) smallest = std::min(smallest, model.diameter);
   const auto scale = static_cast<float>(smallest / kSmallestInExample);
-  const float voxel = 5.0f * scale;
+  const float voxel = 5.0f * scale * (argc > 5 ? std::stof(argv[5]) : 1.0f);
   pcl::recognition::ObjRecRANSAC recognizer(40.0f * scale, voxel);
   recognizer.setMaxCoplanarityAngleDegrees(15.0f);
   for (const peers::Model& model : models) {
