@@ -8,15 +8,11 @@
 namespace binpick {
 namespace {
 
-bool holds(const std::optional<Shard>& shard, const Job& job) {
-  return !shard || shard->holds(job);
-}
-
-/// Trials of the run that `shard` is to do, and those of them that are done.
+/// Trials of the run that the part's shard is to do, and those of them that are done.
 void count_share(const Experiment& experiment, const TrialTable& trials, PartStatus& part) {
   for (const Cell& cell : experiment.cells()) {
     for (std::int64_t trial = 0; trial < experiment.config().trials; ++trial) {
-      if (!holds(part.shard, {cell.index, trial})) continue;
+      if (!part.shard->holds({cell.index, trial})) continue;
       ++part.expected;
       part.done += trials.contains({cell.key, trial}) ? 1 : 0;
     }
