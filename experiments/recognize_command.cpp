@@ -137,7 +137,7 @@ int recognize_command(const RecognizeArguments& arguments) {
   }
   const FileWithUnit file = split_unit(arguments.scene);
   const PointCloud scene = as_cloud(read_model_file(file.path, file.unit));
-  const auto library = std::make_shared<const ModelLibrary>(sources, options.setting);
+  const auto library = std::make_shared<const ModelLibrary>(sources, options.setting, options.jobs);
   const Recognizer recognizer(library, options);
 
   const RecognitionResult result = recognizer.recognize(scene, viewpoint, arguments.seed);

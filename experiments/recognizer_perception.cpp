@@ -19,7 +19,7 @@ std::shared_ptr<const Recognizer> make_recognizer(const std::vector<ObjectModel>
   for (const ObjectModel& object : objects) {
     sources.push_back({object.name, object.mesh, object.symmetries});
   }
-  auto library = std::make_shared<const ModelLibrary>(sources, options.setting);
+  auto library = std::make_shared<const ModelLibrary>(sources, options.setting, options.jobs);
   return std::make_shared<const Recognizer>(std::move(library), options);
 }
 

@@ -172,10 +172,17 @@ Tangents tangents_of(const std::vector<Eigen::Vector3f>& points,
   constexpr float kWidestTangent = 3.0f;
   const Eigen::Isometry3d T_camera_cloud = T_cloud_camera.inverse();
   const auto size = static_cast<int>(points.size());
-  std::vector<Tangents> parts(static_cast<std::size_t>((size + kChunk - 1) / kChunk));
+  Tangents tangents;
+  tangents.points.resize(points.size());
+  struct Part {
+    int begin = 0;
+    int end = 0;
+    Eigen::AlignedBox2f box;
+  };
+  std::vector<Part> parts(static_cast<std::size_t>((size + kChunk - 1) / kChunk));
   parallel_chunks(size, kChunk, jobs, [&](int chunk, int begin, int end) {
-    Tangents& part = parts[static_cast<std::size_t>(chunk)];
-    part.points.reserve(static_cast<std::size_t>(end - begin));
+    Part& part = parts[static_cast<std::size_t>(chunk)];
+    part.begin = part.end = begin;
     for (int i = begin; i < end; ++i) {
       // In double precision: a cloud may lie far from its origin.
       const Eigen::Vector3f p =
@@ -186,16 +193,19 @@ Tangents tangents_of(const std::vector<Eigen::Vector3f>& points,
             p.z() < std::numeric_limits<float>::infinity())) {
         continue;
       }
-      part.points.emplace_back(p.x() / p.z(), p.y() / p.z(), p.z());
-      part.box.extend(part.points.back().head<2>());
+      const Eigen::Vector3f tangent(p.x() / p.z(), p.y() / p.z(), p.z());
+      tangents.points[static_cast<std::size_t>(part.end++)] = tangent;
+      part.box.extend(tangent.head<2>());
     }
   });
-  Tangents tangents;
-  tangents.points.reserve(points.size());
-  for (const Tangents& part : parts) {
-    tangents.points.insert(tangents.points.end(), part.points.begin(), part.points.end());
+  auto end = tangents.points.begin();
+  for (const Part& part : parts) {
+    const auto first = tangents.points.begin() + part.begin;
+    const auto last = tangents.points.begin() + part.end;
+    end = end == first ? last : std::move(first, last, end);
     if (!part.box.isEmpty()) tangents.box.extend(part.box);
   }
+  tangents.points.erase(end, tangents.points.end());
   return tangents;
 }
 
@@ -210,46 +220,48 @@ CameraIntrinsics frame_of(const Tangents& tangents, double focal) {
   return camera;
 }
 
-/// The pixel of every point.
-std::vector<std::uint32_t> pixels_of(const Tangents& tangents, const CameraIntrinsics& camera,
-                                     int jobs) {
-  std::vector<std::uint32_t> pixels(tangents.points.size());
-  const auto focal = static_cast<float>(camera.fx);
-  const auto cx = static_cast<float>(camera.cx + 0.5);
-  const auto cy = static_cast<float>(camera.cy + 0.5);
-  const auto last_u = static_cast<std::uint32_t>(camera.width - 1);
-  const auto last_v = static_cast<std::uint32_t>(camera.height - 1);
-  parallel_chunks(static_cast<int>(pixels.size()), kChunk, jobs, [&](int, int begin, int end) {
+/// The points in a camera's pixels.
+struct Raster {
+  CameraIntrinsics camera;
+  std::vector<std::uint32_t> pixels;   // of the points
+  std::vector<std::uint8_t> occupied;  // 1 for every pixel that holds a point
+
+  [[nodiscard]] double points_per_occupied_pixel() const {
+    return static_cast<double>(pixels.size()) /
+           static_cast<double>(std::count(occupied.begin(), occupied.end(), 1));
+  }
+};
+
+/// Fills `raster` anew, for another focal length.
+void project(const Tangents& tangents, double focal, int jobs, Raster& raster) {
+  raster.camera = frame_of(tangents, focal);
+  raster.pixels.resize(tangents.points.size());
+  const auto f = static_cast<float>(raster.camera.fx);
+  const auto cx = static_cast<float>(raster.camera.cx + 0.5);
+  const auto cy = static_cast<float>(raster.camera.cy + 0.5);
+  const auto width = static_cast<std::uint32_t>(raster.camera.width);
+  const auto height = static_cast<std::uint32_t>(raster.camera.height);
+  const auto size = static_cast<int>(raster.pixels.size());
+  parallel_chunks(size, kChunk, jobs, [&](int, int begin, int end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const Eigen::Vector3f& tangent = tangents.points[i];
-      const auto u = std::min(static_cast<std::uint32_t>(focal * tangent.x() + cx), last_u);
-      const auto v = std::min(static_cast<std::uint32_t>(focal * tangent.y() + cy), last_v);
-      pixels[i] = v * (last_u + 1) + u;
+      const auto u = std::min(static_cast<std::uint32_t>(f * tangent.x() + cx), width - 1);
+      const auto v = std::min(static_cast<std::uint32_t>(f * tangent.y() + cy), height - 1);
+      raster.pixels[i] = v * width + u;
     }
   });
-  return pixels;
-}
-
-std::size_t size_of(const CameraIntrinsics& camera) {
-  return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-}
-
-/// 1 for every pixel that holds a point.
-std::vector<std::uint8_t> occupancy(const std::vector<std::uint32_t>& pixels,
-                                    const CameraIntrinsics& camera) {
-  std::vector<std::uint8_t> occupied(size_of(camera), 0);
-  for (const std::uint32_t pixel : pixels) occupied[pixel] = 1;
-  return occupied;
+  raster.occupied.assign(static_cast<std::size_t>(width) * height, 0);
+  for (const std::uint32_t pixel : raster.pixels) raster.occupied[pixel] = 1;
 }
 
 /// How many of the eight pixels around an occupied one are occupied, as a share.
-double filled_share(const std::vector<std::uint8_t>& occupied, const CameraIntrinsics& camera) {
-  const auto width = static_cast<std::ptrdiff_t>(camera.width);
+double filled_share(const Raster& raster) {
+  const auto width = static_cast<std::ptrdiff_t>(raster.camera.width);
   long filled = 0;
   long centres = 0;
-  for (std::ptrdiff_t v = 1; v + 1 < camera.height; ++v) {
+  for (std::ptrdiff_t v = 1; v + 1 < raster.camera.height; ++v) {
     for (std::ptrdiff_t u = 1; u + 1 < width; ++u) {
-      const std::uint8_t* centre = occupied.data() + v * width + u;
+      const std::uint8_t* centre = raster.occupied.data() + v * width + u;
       if (*centre == 0) continue;
       ++centres;
       for (const std::ptrdiff_t row : {-width, std::ptrdiff_t{0}, width}) {
@@ -261,7 +273,8 @@ double filled_share(const std::vector<std::uint8_t>& occupied, const CameraIntri
                      : 1.0;
 }
 
-CameraIntrinsics choose_camera(const Tangents& tangents, int jobs) {
+/// The points as a camera of suitable focal length sees them.
+Raster choose_camera(const Tangents& tangents, int jobs) {
   constexpr int kSteps = 4;
   constexpr double kNearEnough = 0.06;
   constexpr double kLeastFilled = 0.7;
@@ -269,25 +282,24 @@ CameraIntrinsics choose_camera(const Tangents& tangents, int jobs) {
   const double finest = kMostPixelsPerSide / extent;
   const auto points = static_cast<double>(tangents.points.size());
   double focal = std::min(finest, std::sqrt(points) / extent);
-  const auto occupied_at = [&](const CameraIntrinsics& camera) {
-    return occupancy(pixels_of(tangents, camera, jobs), camera);
-  };
+  Raster raster;
+  project(tangents, focal, jobs, raster);
   for (int i = 0; i < kSteps; ++i) {
-    const std::vector<std::uint8_t> occupied = occupied_at(frame_of(tangents, focal));
-    const auto count = static_cast<double>(std::count(occupied.begin(), occupied.end(), 1));
-    const double density = points / (kPointsPerPixel * count);
-    if (std::abs(density - 1.0) < kNearEnough) break;
-    focal = std::min(finest, focal * std::sqrt(density));
+    const double density = raster.points_per_occupied_pixel() / kPointsPerPixel;
+    const double better = std::min(finest, focal * std::sqrt(density));
+    if (std::abs(better - focal) < 0.5 * kNearEnough * focal) break;
+    focal = better;
+    project(tangents, focal, jobs, raster);
   }
   // Points crowd along the lines of some scanners and the creases of meshes: pixels must be so
   // large that the gaps between them close, too.
   for (int i = 0; i < kSteps; ++i) {
-    const CameraIntrinsics camera = frame_of(tangents, focal);
-    const double filled = std::max(filled_share(occupied_at(camera), camera), 0.05);
+    const double filled = std::max(filled_share(raster), 0.05);
     if (filled >= kLeastFilled) break;
     focal *= 0.97 * std::sqrt(std::log1p(-filled) / std::log1p(-kLeastFilled));
+    project(tangents, focal, jobs, raster);
   }
-  return frame_of(tangents, focal);
+  return raster;
 }
 
 /// Takes away what is seen between the points of a nearer surface: pixels with much nearer ones
@@ -326,17 +338,18 @@ void remove_seen_through(RangeImage& image, int jobs) {
   });
 }
 
-RangeImage rasterise(const Tangents& tangents, const CameraIntrinsics& camera, int jobs) {
+RangeImage depths_of(const Tangents& tangents, const Raster& raster, int jobs) {
   RangeImage image;
-  image.intrinsics = camera;
-  const std::vector<std::uint32_t> pixels = pixels_of(tangents, camera, jobs);
-  std::vector<float> nearest(size_of(camera), std::numeric_limits<float>::infinity());
+  image.intrinsics = raster.camera;
+  const std::vector<std::uint32_t>& pixels = raster.pixels;
+  const std::size_t size = raster.occupied.size();
+  std::vector<float> nearest(size, std::numeric_limits<float>::infinity());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     float& z = nearest[pixels[i]];
     z = std::min(z, tangents.points[i].z());
   }
-  std::vector<float> count(size_of(camera), 0.0f);
-  image.depth.assign(size_of(camera), 0.0f);
+  std::vector<float> count(size, 0.0f);
+  image.depth.assign(size, 0.0f);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const float z = tangents.points[i].z();
     if (z > kSameSurface * nearest[pixels[i]]) continue;
@@ -361,7 +374,7 @@ ProjectedCloud project_cloud(const PointCloud& cloud, const Eigen::Vector3d& vie
   projected.T_cloud_camera = looking_at(viewpoint, *middle);
   const Tangents tangents = tangents_of(cloud.points, projected.T_cloud_camera, jobs);
   if (tangents.points.empty()) return projected;
-  projected.image = rasterise(tangents, choose_camera(tangents, jobs), jobs);
+  projected.image = depths_of(tangents, choose_camera(tangents, jobs), jobs);
   return projected;
 }
 

@@ -49,7 +49,9 @@ class ObjectEquations {
     const Eigen::Vector3d origin = T_camera_model.translation();
     // The seventh unknown is the error that all steps share; it is known to within its prior.
     Eigen::Matrix<double, 7, 7> information = Eigen::Matrix<double, 7, 7>::Zero();
-    const double pixel = origin.z() / static_cast<double>(scene_.projection().fx);
+    // A model's origin may lie anywhere, that of a segment of a scan at the sensor.
+    const Eigen::Vector3d centre = T_camera_model * model_.centre.cast<double>();
+    const double pixel = centre.z() / static_cast<double>(scene_.projection().fx);
     information(6, 6) = 1.0 / std::pow(options_.common_step_error * pixel, 2);
     for (std::size_t i = 0; i < observations_.size(); ++i) {
       const PlaneObservation& o = observations_[i];
@@ -64,17 +66,17 @@ class ObjectEquations {
     const Eigen::Matrix<double, 7, 7> all =
         information.ldlt().solve(Eigen::Matrix<double, 7, 7>::Identity());
     Matrix6d covariance = all.topLeftCorner<6, 6>();
-    const Eigen::Vector3d sight = origin.normalized();
+    const Eigen::Vector3d sight = centre.normalized();
     covariance.bottomRightCorner<3, 3>() +=
-        std::pow(options_.depth_error * origin.norm(), 2) * sight * sight.transpose();
+        std::pow(options_.depth_error * centre.norm(), 2) * sight * sight.transpose();
     return 0.5 * (covariance + covariance.transpose());
   }
 
  private:
   /// A pixel counts by the inverse of what its neighbourhood's errors add up to.
   void add_surface(int stride, const Eigen::Isometry3d& T_camera_model) {
-    const double pixel =
-        T_camera_model.translation().z() / static_cast<double>(scene_.projection().fx);
+    const double pixel = (T_camera_model * model_.centre.cast<double>()).z() /
+                         static_cast<double>(scene_.projection().fx);
     const auto diameter = static_cast<double>(model_.diameter);
     const double patch_pixels = std::max(std::pow(options_.patch * diameter / pixel, 2), 1.0);
     const double shape_variance = std::pow(options_.shape_error * diameter, 2);

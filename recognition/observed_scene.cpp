@@ -31,24 +31,25 @@ float leaf_size_for(const RangeImage& image, const SceneScale& scale) {
   return static_cast<float>(std::max(scale.leaf_size, 2.0 * point_spacing(image)));
 }
 
-/// One point per pixel, not a number where nothing was measured.
-std::vector<Eigen::Vector3f> points_of(const RangeImage& image, int jobs) {
+/// The points of the pixels [begin, end), not a number where nothing was measured.
+void write_points(const RangeImage& image, std::size_t begin, std::size_t end,
+                  Eigen::Vector3f* points) {
   constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
-  std::vector<Eigen::Vector3f> points(image.depth.size());
   const CameraIntrinsics& camera = image.intrinsics;
   const auto ifx = static_cast<float>(1.0 / camera.fx);
   const auto ify = static_cast<float>(1.0 / camera.fy);
-  parallel_chunks(camera.height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
-    auto i = static_cast<std::size_t>(begin) * static_cast<std::size_t>(camera.width);
-    for (int v = begin; v < end; ++v) {
-      const float y = (static_cast<float>(v) - static_cast<float>(camera.cy)) * ify;
-      for (int u = 0; u < camera.width; ++u, ++i) {
-        const float z = image.depth[i] > 0.0f ? image.depth[i] : kNothing;
-        points[i] = {(static_cast<float>(u) - static_cast<float>(camera.cx)) * ifx * z, y * z, z};
-      }
+  const auto width = static_cast<std::size_t>(camera.width);
+  std::size_t u = begin % width;
+  std::size_t v = begin / width;
+  for (std::size_t i = begin; i < end; ++i) {
+    const float z = image.depth[i] > 0.0f ? image.depth[i] : kNothing;
+    points[i - begin] = {(static_cast<float>(u) - static_cast<float>(camera.cx)) * ifx * z,
+                         (static_cast<float>(v) - static_cast<float>(camera.cy)) * ify * z, z};
+    if (++u == width) {
+      u = 0;
+      ++v;
     }
-  });
-  return points;
+  }
 }
 
 Projection projection_of(const CameraIntrinsics& camera, int block) {
@@ -96,7 +97,7 @@ double point_spacing(const RangeImage& image) {
 }
 
 ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, int jobs, Seed seed)
-    : octree_({}, 1.0f) {
+    : octree_(std::vector<Eigen::Vector3f>{}, 1.0f) {
   Stopwatch watch;
   const float leaf_size = leaf_size_for(image, scale);
   int block = 1;
@@ -116,11 +117,15 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
   });
   timings_.image = watch.lap();
 
-  const std::vector<Eigen::Vector3f> points = points_of(image, jobs);
-  octree_ = SceneOctree(points, leaf_size, jobs);
+  const SceneOctree::PointSource points = [&](std::size_t begin, std::size_t end,
+                                              Eigen::Vector3f* out) {
+    write_points(image, begin, end, out);
+  };
+  octree_ = SceneOctree(image.depth.size(), points, leaf_size, jobs);
   while (octree_.size() > kMostLeaves) {
     const float excess = static_cast<float>(octree_.size()) / static_cast<float>(kMostLeaves);
-    octree_ = SceneOctree(points, 1.05f * std::sqrt(excess) * octree_.leaf_size(), jobs);
+    const float coarser = 1.05f * std::sqrt(excess) * octree_.leaf_size();
+    octree_ = SceneOctree(image.depth.size(), points, coarser, jobs);
   }
   timings_.octree = watch.lap();
 

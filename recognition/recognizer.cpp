@@ -273,7 +273,7 @@ void Run::recognize_in_rounds() {
     if (!counts) return std::nullopt;
     return Hypothesis{M, T, counts->score()};
   };
-  const int N = compute_iterations();
+  const int iterations = (compute_iterations() + kRoundsPerCount - 1) / kRoundsPerCount;
   const AcceptanceModel& acceptance =
       options_.acceptance != nullptr ? *options_.acceptance : calibrated_acceptance();
   CandidatePool pool(library_, scene_, acceptance, options_.visibility, options_.jobs);
@@ -282,13 +282,6 @@ void Run::recognize_in_rounds() {
     if (scene_.normal_is_reliable(leaf)) sampled.push_back(leaf);
   }
   std::vector<std::uint8_t> is_explained(static_cast<std::size_t>(scene_.octree().size()), 0);
-  const auto all = static_cast<double>(sampled.size());
-  // N is proportional to the number of points sampled (eq. (11)): as they are explained, fewer
-  // pairs hit one of the remaining instances with the same probability.
-  const auto pairs_of_round = [&] {
-    const double share = static_cast<double>(sampled.size()) / all;
-    return static_cast<int>(std::ceil(N * share / kRoundsPerCount));
-  };
   const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
     std::vector<Hypothesis> solutions = generate_and_test(sampled, count, seed, mu, kind);
@@ -306,7 +299,7 @@ void Run::recognize_in_rounds() {
   };
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
     const std::size_t before = pool.selected().size();
-    sample_round(round, pairs_of_round(), PairKind::kSpatial, kSpatialClusters);
+    sample_round(round, iterations, PairKind::kSpatial, kSpatialClusters);
     if (round + 1 >= kRoundsPerCount && pool.selected().size() == before) break;
   }
   // What shows a single flat face has no pairs but flat ones.

@@ -11,7 +11,7 @@ namespace binpick {
 namespace {
 
 constexpr float kFarthestCell = 1048576.0f;  // 2^20
-constexpr std::size_t kChunkPoints = 16384;
+constexpr std::size_t kChunkPoints = 8192;
 constexpr int kPartitions = 16;
 
 std::uint64_t hash_of(const Eigen::Vector3i& coordinates) {
@@ -53,15 +53,23 @@ struct SceneOctree::Chunk {
 
 /// A part of the bricks, chosen by hash: built by one thread from the chunks in their order.
 struct SceneOctree::Partition {
-  std::vector<Brick> bricks;
-  std::vector<Eigen::Vector3i> cells;
-  std::vector<Moments> moments;
-
   Partition() = default;
   Partition(const std::vector<Chunk>& chunks, std::size_t index);
 
- private:
-  void number_leaves();
+  /// Calls visit(chunk, i) for the chunks' leaves in this partition, always in the same order.
+  template <class Visit>
+  void for_each_leaf(const std::vector<Chunk>& chunks, const Visit& visit) const {
+    for (const Chunk& chunk : chunks) {
+      for (std::size_t k = chunk.first[index]; k < chunk.first[index + 1]; ++k) {
+        visit(chunk, static_cast<std::size_t>(chunk.by_partition[k]));
+      }
+    }
+  }
+
+  std::size_t index = 0;
+  std::vector<Brick> bricks;
+  std::vector<std::int32_t> brick_of_leaf;  // in the order of for_each_leaf
+  int leaves = 0;
 };
 
 void SceneOctree::Chunk::sort_by_partition() {
@@ -128,35 +136,16 @@ void SceneOctree::BrickTable::rebuild(const std::vector<Brick>& bricks) {
   }
 }
 
-SceneOctree::Partition::Partition(const std::vector<Chunk>& chunks, std::size_t index) {
+SceneOctree::Partition::Partition(const std::vector<Chunk>& chunks, std::size_t part)
+    : index(part) {
   BrickTable table;
-  const auto for_each_leaf = [&](const auto& visit) {
-    for (const Chunk& chunk : chunks) {
-      for (std::size_t k = chunk.first[index]; k < chunk.first[index + 1]; ++k) {
-        visit(chunk, static_cast<std::size_t>(chunk.by_partition[k]));
-      }
-    }
-  };
-  std::vector<std::int32_t> brick_of_entry;
-  for_each_leaf([&](const Chunk& chunk, std::size_t i) {
+  for_each_leaf(chunks, [&](const Chunk& chunk, std::size_t i) {
     const Eigen::Vector3i& cell = chunk.cells[i];
     const int brick = table.find_or_add(bricks, brick_of(cell));
-    brick_of_entry.push_back(brick);
+    brick_of_leaf.push_back(brick);
     bricks[static_cast<std::size_t>(brick)].full[static_cast<std::size_t>(cell.z() & 7)] |=
         std::uint64_t{1} << (((cell.y() & 7) << 3) | (cell.x() & 7));
   });
-  number_leaves();
-  std::size_t entry = 0;
-  for_each_leaf([&](const Chunk& chunk, std::size_t i) {
-    const Brick& brick = bricks[static_cast<std::size_t>(brick_of_entry[entry++])];
-    const auto leaf = static_cast<std::size_t>(brick.leaf(chunk.cells[i]));
-    cells[leaf] = chunk.cells[i];
-    moments[leaf].add(chunk.moments[i]);
-  });
-}
-
-void SceneOctree::Partition::number_leaves() {
-  int leaves = 0;
   for (Brick& brick : bricks) {
     brick.first_leaf = leaves;
     int within = 0;
@@ -166,17 +155,24 @@ void SceneOctree::Partition::number_leaves() {
     }
     leaves += within;
   }
-  cells.resize(static_cast<std::size_t>(leaves));
-  moments.resize(static_cast<std::size_t>(leaves));
 }
 
 SceneOctree::SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_size, int jobs)
+    : SceneOctree(
+          points.size(),
+          [&](std::size_t begin, std::size_t end, Eigen::Vector3f* out) {
+            std::copy(points.data() + begin, points.data() + end, out);
+          },
+          leaf_size, jobs) {}
+
+SceneOctree::SceneOctree(std::size_t count, const PointSource& source, float leaf_size, int jobs)
     : leaf_size_(leaf_size), inverse_leaf_size_(1.0f / leaf_size) {
-  std::vector<Chunk> chunks((points.size() + kChunkPoints - 1) / kChunkPoints);
+  std::vector<Chunk> chunks((count + kChunkPoints - 1) / kChunkPoints);
   parallel_for(static_cast<int>(chunks.size()), jobs, [&](int i) {
     const std::size_t begin = static_cast<std::size_t>(i) * kChunkPoints;
-    chunks[static_cast<std::size_t>(i)] =
-        gather(points.data() + begin, std::min(kChunkPoints, points.size() - begin));
+    std::vector<Eigen::Vector3f> points(std::min(kChunkPoints, count - begin));
+    source(begin, begin + points.size(), points.data());
+    chunks[static_cast<std::size_t>(i)] = gather(points);
   });
   std::vector<Partition> partitions(kPartitions);
   parallel_for(kPartitions, jobs, [&](int i) {
@@ -186,7 +182,7 @@ SceneOctree::SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_
   std::vector<int> first_leaf = {0};
   for (const Partition& partition : partitions) {
     first_brick.push_back(first_brick.back() + static_cast<int>(partition.bricks.size()));
-    first_leaf.push_back(first_leaf.back() + static_cast<int>(partition.cells.size()));
+    first_leaf.push_back(first_leaf.back() + partition.leaves);
   }
   bricks_.resize(static_cast<std::size_t>(first_brick.back()));
   cells_.resize(static_cast<std::size_t>(first_leaf.back()));
@@ -194,20 +190,22 @@ SceneOctree::SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_
   centres_of_mass_.resize(cells_.size());
   parallel_for(kPartitions, jobs, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    append(partitions[index], first_brick[index], first_leaf[index]);
+    fill(chunks, partitions[index], first_brick[index], first_leaf[index]);
   });
   table_.rebuild(bricks_);
 }
 
-SceneOctree::Chunk SceneOctree::gather(const Eigen::Vector3f* points, std::size_t count) const {
+SceneOctree::Chunk SceneOctree::gather(const std::vector<Eigen::Vector3f>& points) const {
   // Most points fall into a leaf that was met a moment ago: a small cache finds it.
   constexpr std::size_t kCached = 2048;
   std::array<std::int32_t, kCached> cache;
   cache.fill(-1);
   Chunk chunk;
+  chunk.cells.reserve(kCached);
+  chunk.moments.reserve(kCached);
+  chunk.partitions.reserve(kCached);
   const float farthest = kFarthestCell * leaf_size_;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3f& p = points[i];
+  for (const Eigen::Vector3f& p : points) {
     // Written so that what is not a number fails.
     if (!(std::abs(p.x()) < farthest && std::abs(p.y()) < farthest && std::abs(p.z()) < farthest)) {
       continue;
@@ -228,17 +226,21 @@ SceneOctree::Chunk SceneOctree::gather(const Eigen::Vector3f* points, std::size_
   return chunk;
 }
 
-void SceneOctree::append(const Partition& partition, int first_brick, int first_leaf) {
-  auto brick = bricks_.begin() + first_brick;
-  for (const Brick& own : partition.bricks) {
-    *brick = own;
-    brick->first_leaf += first_leaf;
-    ++brick;
+void SceneOctree::fill(const std::vector<Chunk>& chunks, const Partition& partition,
+                       int first_brick, int first_leaf) {
+  const auto bricks = bricks_.begin() + first_brick;
+  for (std::size_t i = 0; i < partition.bricks.size(); ++i) {
+    bricks[static_cast<std::ptrdiff_t>(i)] = partition.bricks[i];
+    bricks[static_cast<std::ptrdiff_t>(i)].first_leaf += first_leaf;
   }
-  auto leaf = static_cast<std::size_t>(first_leaf);
-  for (std::size_t i = 0; i < partition.cells.size(); ++i, ++leaf) {
-    cells_[leaf] = partition.cells[i];
-    moments_[leaf] = partition.moments[i];
+  auto brick = partition.brick_of_leaf.begin();
+  partition.for_each_leaf(chunks, [&](const Chunk& chunk, std::size_t i) {
+    const auto leaf = static_cast<std::size_t>(bricks[*brick++].leaf(chunk.cells[i]));
+    cells_[leaf] = chunk.cells[i];
+    moments_[leaf].add(chunk.moments[i]);
+  });
+  const auto end = static_cast<std::size_t>(first_leaf + partition.leaves);
+  for (auto leaf = static_cast<std::size_t>(first_leaf); leaf < end; ++leaf) {
     centres_of_mass_[leaf] =
         centre_of(cells_[leaf], leaf_size_) + moments_[leaf].sum / moments_[leaf].count;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace binpick {
@@ -25,8 +26,13 @@ struct LocalPlane {
 /// constant time. Leaves of one brick are consecutive. Immutable, thread-safe.
 class SceneOctree {
  public:
-  /// Points that are not finite or farther than 2^20 leaves from the origin are ignored. O(points),
-  /// on up to `jobs` threads; the result is the same for any number.
+  /// Writes the points [begin, end) to `points`.
+  using PointSource =
+      std::function<void(std::size_t begin, std::size_t end, Eigen::Vector3f* points)>;
+
+  /// Points that are not finite or farther than 2^20 leaves from the origin are ignored. O(count),
+  /// on up to `jobs` threads, which call `source`; the result is the same for any number.
+  SceneOctree(std::size_t count, const PointSource& source, float leaf_size, int jobs);
   SceneOctree(const std::vector<Eigen::Vector3f>& points, float leaf_size, int jobs = 1);
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(centres_of_mass_.size()); }
@@ -102,8 +108,9 @@ class SceneOctree {
   struct Partition;
 
   [[nodiscard]] Eigen::Vector3i cell_of(const Eigen::Vector3f& p) const;
-  [[nodiscard]] Chunk gather(const Eigen::Vector3f* points, std::size_t count) const;
-  void append(const Partition& partition, int first_brick, int first_leaf);
+  [[nodiscard]] Chunk gather(const std::vector<Eigen::Vector3f>& points) const;
+  void fill(const std::vector<Chunk>& chunks, const Partition& partition, int first_brick,
+            int first_leaf);
   [[nodiscard]] int find_brick(const Eigen::Vector3i& coordinates) const {
     return table_.find(bricks_, coordinates);
   }
