@@ -49,8 +49,7 @@ std::vector<Quantity> quantities() {
   const auto estimate = [](const ContactSample& s) { return s.estimated_force; };
   const auto spring = [](const ContactSample& s) { return s.spring_force; };
   return {
-      {"contact force F_z in N: true, dotted: estimated, dashed: virtual spring", force, spring,
-       estimate},
+      {"F_z in N; dotted: estimate, dashed: virtual spring", force, spring, estimate},
       {"the same around the first touch", force, spring, estimate, true},
       {"height z in mm, dashed: desired", [](const ContactSample& s) { return 1e3 * s.height; },
        [](const ContactSample& s) { return 1e3 * s.desired_height; }, nullptr},
