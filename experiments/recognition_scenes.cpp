@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "experiments/recognition_objects.h"
+#include "experiments/recognition_sensor.h"
 #include "models/mesh_geometry.h"
 #include "sim/physics_draw.h"
 #include "sim/pile.h"
@@ -143,13 +144,14 @@ CleanView RecognitionScenes::look(const RecognitionConditions& conditions, const
     place.world->set_object_pose(static_cast<int>(i), T_turned_world * pile.poses[i]);
   }
   view.image = place.camera->ideal(*place.world);
+  const RangeImage measurable = lit(view.image, conditions);
   const Eigen::Isometry3d T_camera_world = view.image.T_world_camera.inverse();
   for (std::size_t i = 0; i < pile.poses.size(); ++i) {
     const ObjectModel& model = place.shared->parts.objects[i];
     TrueObject object;
     object.model = model.name;
     object.T_camera_model = T_camera_world * T_turned_world * pile.poses[i];
-    visibility(model).judge(view.image, object);
+    visibility(model).judge(measurable, object);
     view.objects.push_back(object);
   }
   return view;
@@ -157,7 +159,7 @@ CleanView RecognitionScenes::look(const RecognitionConditions& conditions, const
 
 const std::vector<std::vector<double>>& RecognitionScenes::occlusions(
     const RecognitionConditions& conditions, Pile& pile) {
-  auto& sides = pile.occlusions[camera_key(conditions)];
+  auto& sides = pile.occlusions[camera_key(conditions) + " " + conditions.sensor];
   for (int side = static_cast<int>(sides.size()); side < kSides; ++side) {
     sides.emplace_back();
     for (const TrueObject& object : look(conditions, pile, side).objects) {

@@ -18,8 +18,8 @@ namespace binpick {
 struct TrueObject {
   std::string model;
   Eigen::Isometry3d T_camera_model = Eigen::Isometry3d::Identity();
-  double occlusion = 0.0;      ///< 1 - seen share of the whole surface, IJRR 2012, eq. (15)
-  double visible_share = 0.0;  ///< seen share of the surface that faces the camera
+  double occlusion = 0.0;      ///< 1 - measurable share of the whole surface, IJRR 2012, eq. (15)
+  double visible_share = 0.0;  ///< measurable share of the surface that faces the camera
 };
 
 /// A pile seen by a sensor without errors.
@@ -29,8 +29,8 @@ struct CleanView {
   int target = -1;  ///< the object of the wanted occlusion; -1: none was wanted
 };
 
-/// How much of a surface the camera sees: of 4000 points, uniform by area, those that face it and
-/// whose pixel shows their own depth.
+/// How much of a surface an image shows: of 4000 points, uniform by area, those that face the
+/// camera and whose pixel has their own depth.
 class SurfaceVisibility {
  public:
   explicit SurfaceVisibility(const TriangleMesh& mesh);
@@ -67,7 +67,7 @@ class RecognitionScenes {
     std::unique_ptr<World> world;
     std::unique_ptr<DepthCamera> camera;
   };
-  /// A settled pile and what each side shows of each object, by camera.
+  /// A settled pile and what each side shows of each object, by camera and sensor.
   struct Pile {
     std::vector<Eigen::Isometry3d> poses;  ///< T_world_object
     std::map<std::string, std::vector<std::vector<double>>> occlusions;

@@ -91,6 +91,23 @@ Scan measure(const RangeImage& ideal, const RecognitionConditions& conditions, d
   return image;
 }
 
+RangeImage lit(const RangeImage& ideal, const RecognitionConditions& conditions) {
+  RangeImage image = ideal;
+  if (conditions.sensor == "kinect") {
+    StructuredLightOptions options;
+    options.disparity_step = options.axial_noise = 0.0;
+    options.edge_raggedness = options.edge_dropout = 0.0;
+    options.grazing_limit_deg = 90.0;
+    apply_structured_light(image, options, 0);
+  } else if (conditions.sensor == "laser") {
+    LaserScannerOptions options;
+    options.axial_noise = options.edge_dropout = options.mixed_points = 0.0;
+    options.grazing_limit_deg = 90.0;
+    apply_laser_scanner(image, options, 0);
+  }
+  return image;
+}
+
 std::size_t point_count(const Scan& scan) {
   if (const auto* cloud = std::get_if<PointCloud>(&scan)) return cloud->points.size();
   const std::vector<float>& depth = std::get<RangeImage>(scan).depth;

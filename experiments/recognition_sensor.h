@@ -17,6 +17,10 @@ using Scan = std::variant<RangeImage, PointCloud>;
 [[nodiscard]] Scan measure(const RangeImage& ideal, const RecognitionConditions& conditions,
                            double diagonal, Seed seed);
 
+/// What the sensor could measure at all: the ideal image without the points that its light, thrown
+/// from beside the camera, does not reach.
+[[nodiscard]] RangeImage lit(const RangeImage& ideal, const RecognitionConditions& conditions);
+
 /// Grows nearer surfaces over the edges of farther ones by `pixels` (Chebyshev distance), as the
 /// correlation windows of structured-light sensors do.
 void dilate_silhouettes(RangeImage& image, int pixels);

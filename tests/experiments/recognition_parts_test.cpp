@@ -114,6 +114,27 @@ TEST(RecognitionSensor, EachSensorLosesAndMovesPoints) {
   EXPECT_EQ(std::get<RangeImage>(measure(image, conditions, 0.5, 7)).depth, image.depth);
 }
 
+TEST(RecognitionSensor, LightFromBesideTheCameraLeavesShadowsAndNothingElse) {
+  RecognitionConditions conditions;
+  RangeImage image = plate(1.0, 320);
+  for (int v = 110; v < 130; ++v) {
+    for (int u = 150; u < 170; ++u) image.depth[std::size_t(v) * 320 + std::size_t(u)] = 0.8f;
+  }
+  conditions.sensor = "laser";  // its light comes from below
+  const RangeImage by_laser = lit(image, conditions);
+  conditions.sensor = "kinect";  // its light comes from the right
+  const RangeImage by_kinect = lit(image, conditions);
+  conditions.sensor = "exact";
+  EXPECT_EQ(lit(image, conditions).depth, image.depth);
+  EXPECT_EQ(by_laser.at(160, 100), 0.0f);
+  EXPECT_GT(by_laser.at(140, 120), 0.0f);
+  EXPECT_EQ(by_kinect.at(147, 120), 0.0f);
+  EXPECT_GT(by_kinect.at(160, 100), 0.0f);
+  for (std::size_t i = 0; i < image.depth.size(); ++i) {
+    EXPECT_TRUE(by_laser.depth[i] == 0.0f || by_laser.depth[i] == image.depth[i]) << i;
+  }
+}
+
 ObjectModel cube_model() {
   ObjectModel model;
   model.name = "cube";
