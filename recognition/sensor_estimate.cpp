@@ -124,6 +124,7 @@ void fit_axial(std::vector<Differences::Bin>& bins, SensorEstimate& sensor) {
 
 /// From how the variance of second differences grows with the step: 6 - 8 rho(s) + 2 rho(2 s).
 float correlated_pixels(Differences& differences) {
+  constexpr double kLeastCorrelation = 0.05;  // less is the medians' own noise
   std::array<double, kSteps.size() + 1> rho{};
   double plateau = 0.0;
   std::array<double, kSteps.size()> variances{};
@@ -136,6 +137,7 @@ float correlated_pixels(Differences& differences) {
   double sum = 1.0;
   for (std::size_t i = kSteps.size(); i-- > 0;) {
     rho[i] = std::clamp((6.0 + 2.0 * rho[i + 1] - variances[i] / plateau) / 8.0, 0.0, 1.0);
+    if (rho[i] < kLeastCorrelation) rho[i] = 0.0;
     // Steps double: each stands for the pixels up to the next, on both sides.
     sum += 2.0 * rho[i] * std::max(0.75 * kSteps[i], 1.0);
   }

@@ -68,5 +68,33 @@ TEST(PoseMetrics, RmsErrorFollowsEquationSixteen) {
   EXPECT_NEAR(rms_error(p, q, Eigen::Isometry3d::Identity()), std::sqrt(25.0 / 2.0), 1e-12);
 }
 
+TEST(PoseMetrics, ProjectionDistanceIsInPixels) {
+  const CameraIntrinsics camera{640, 480, 500.0, 500.0, 319.5, 239.5};
+  const std::vector<Eigen::Vector3f> origin = {{0.0f, 0.0f, 0.0f}};
+  const Eigen::Isometry3d truth = pose(0.0, Eigen::Vector3d::UnitX(), {0.0, 0.0, 1.0});
+  Eigen::Isometry3d estimate = truth;
+  estimate.translation() += Eigen::Vector3d(0.006, -0.008, 0.0);
+  EXPECT_NEAR(mspd(estimate, truth, origin, {}, camera), 5.0, 1e-9);  // 3 and 4 pixels
+  estimate.translation().z() = -1.0;
+  EXPECT_TRUE(std::isinf(mspd(estimate, truth, origin, {}, camera)));
+}
+
+TEST(PoseMetrics, OcclusionFollowsEquationFifteen) { EXPECT_EQ(occlusion(0.25, 1.0), 0.75); }
+
+TEST(PoseMetrics, EachInstanceIsMatchedOnceBestScoreFirst) {
+  // Estimates 0 and 1 are both near instance 0; 1 has the better score, 0 is left with nothing
+  // below the limit; estimate 2 finds instance 1 at less than the limit, not at the limit.
+  const std::vector<std::vector<double>> errors = {{0.1, 5.0}, {0.4, 0.9}, {2.0, 0.5}};
+  const std::vector<double> scores = {0.3, 0.9, 0.2};
+  const auto error = [&](std::size_t e, std::size_t i) { return errors[e][i]; };
+  const InstanceMatching matching = match_instances(scores, 2, 0.6, error);
+  EXPECT_EQ(matching.truth_of, (std::vector<std::ptrdiff_t>{-1, 0, 1}));
+  EXPECT_EQ(matching.true_positives(), 2u);
+  EXPECT_EQ(matching.false_positives(), 1u);
+  EXPECT_EQ(matching.recall(), 1.0);
+  EXPECT_EQ(match_instances(scores, 2, 0.5, error).recall(), 0.5);  // strictly below
+  EXPECT_EQ(match_instances({}, 0, 0.5, error).recall(), 1.0);
+}
+
 }  // namespace
 }  // namespace binpick

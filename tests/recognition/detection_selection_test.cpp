@@ -1,0 +1,91 @@
+#include "recognition/detection_selection.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "recognition/depth_rasterizer.h"
+#include "recognition/shapes.h"
+
+namespace binpick {
+namespace {
+
+constexpr Projection kProjection{320, 240, 290.0f, 290.0f, 159.5f, 119.5f};
+
+Eigen::Isometry3f at(float x, float y) {
+  Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+  T.translation() << x, y, 0.8f;
+  T.linear() = (Eigen::AngleAxisf(0.7f, Eigen::Vector3f::UnitX()) *
+                Eigen::AngleAxisf(0.6f, Eigen::Vector3f::UnitY()))
+                   .toRotationMatrix();
+  return T;
+}
+
+/// Two boxes side by side in front of a far wall.
+class Selection : public ::testing::Test {
+ protected:
+  Selection() {
+    RangeImage image;
+    image.intrinsics = {320, 240, 290.0, 290.0, 159.5, 119.5};
+    image.depth.assign(320u * 240u, 1.5f);
+    DepthRasterizer rasterizer;
+    for (const Eigen::Isometry3f& T : {left_, right_}) {
+      const RenderedModel& r = rasterizer.render(models_[0].render_mesh, T, kProjection);
+      for (int v = 0; v < r.height; ++v) {
+        for (int u = 0; u < r.width; ++u) {
+          if (!r.covers(u, v)) continue;
+          image.depth[static_cast<std::size_t>((r.v0 + v) * 320 + r.u0 + u)] =
+              r.depth[r.index(u, v)];
+        }
+      }
+    }
+    scene_ = std::make_unique<ObservedScene>(image, SceneScale{0.004, 1e9}, 1, 1);
+    sensor_ = estimate_sensor(*scene_);
+  }
+
+  std::vector<std::size_t> select(const std::vector<Eigen::Isometry3f>& poses) {
+    EvidenceGatherer gatherer(*scene_, sensor_);
+    std::vector<Candidate> candidates;
+    for (const Eigen::Isometry3f& T : poses) {
+      candidates.push_back({0, T, gatherer.gather(models_[0], T)});
+    }
+    DetectionSelection selection(models_, *scene_, sensor_, calibrated_acceptance(), candidates);
+    std::vector<std::size_t> chosen;
+    for (const SelectedCandidate& s : selection.select()) chosen.push_back(s.candidate);
+    return chosen;
+  }
+
+  const Eigen::Isometry3f left_ = at(-0.12f, 0.0f);
+  const Eigen::Isometry3f right_ = at(0.12f, 0.02f);
+  std::vector<RecognitionModel> models_ = {
+      make_recognition_model("box", testing::make_box({0.15, 0.12, 0.08}), {})};
+  std::unique_ptr<ObservedScene> scene_;
+  SensorEstimate sensor_;
+};
+
+TEST_F(Selection, EveryInstanceIsChosenOnce) {
+  Eigen::Isometry3f beside = left_;
+  beside.translation().x() += 0.004f;
+  Eigen::Isometry3f turned = left_;  // a half turn that the box does not notice
+  turned.linear() *= Eigen::AngleAxisf(3.14159265f, Eigen::Vector3f::UnitZ()).toRotationMatrix();
+  const std::vector<std::size_t> chosen = select({beside, left_, turned, right_});
+  ASSERT_EQ(chosen.size(), 2u);
+  EXPECT_TRUE(std::set<std::size_t>(chosen.begin(), chosen.end()).contains(3u));
+}
+
+TEST_F(Selection, PosesThatTheSceneContradictsAreNotChosen) {
+  EXPECT_TRUE(select({at(0.0f, 0.0f), at(-0.12f, 0.09f)}).empty());
+  EXPECT_TRUE(select({}).empty());
+}
+
+TEST_F(Selection, DilationIsReadOffCredibleCandidates) {
+  EvidenceGatherer gatherer(*scene_, sensor_);
+  Candidate candidate{0, left_, gatherer.gather(models_[0], left_)};
+  candidate.evidence.edge_offset = 1.5f;
+  const std::vector<Candidate> candidates(3, candidate);
+  EXPECT_EQ(estimate_dilation(candidates, calibrated_acceptance()), 1.5);
+  EXPECT_EQ(estimate_dilation({}, calibrated_acceptance(), 0.25), 0.25);
+}
+
+}  // namespace
+}  // namespace binpick
