@@ -1,11 +1,12 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <vector>
+#include <memory>
+#include <ostream>
+#include <string>
 
-#include "recognition/pose_metrics.h"
+#include "recognition/recognition_score.h"
 #include "recognition/recognizer.h"
 #include "recognition/shapes.h"
 #include "recognition/synthetic_scene.h"
@@ -13,104 +14,85 @@
 namespace binpick {
 namespace {
 
-using testing::SceneKind;
+using testing::Tally;
+using testing::Wilson;
 
-/// Bounds of Wilson's 95 % interval of a proportion.
-struct Wilson {
-  double low;
-  double high;
-};
-Wilson wilson(int successes, int trials) {
-  constexpr double kZ = 1.959964;
-  const double n = trials;
-  const double p = successes / n;
-  const double centre = p + kZ * kZ / (2.0 * n);
-  const double half = kZ * std::sqrt(p * (1.0 - p) / n + kZ * kZ / (4.0 * n * n));
-  return {(centre - half) / (1.0 + kZ * kZ / n), (centre + half) / (1.0 + kZ * kZ / n)};
-}
+constexpr Seed kMasterSeed = 2000;
 
-struct Tally {
-  int scenes = 0;
-  int visible = 0;  ///< instances in the frame that show more than 30 %
-  int found = 0;
-  int false_positives = 0;
-  std::vector<double> errors;
-};
-
-class Recall : public ::testing::Test {
- protected:
-  Recall()
-      : generator_(testing::known_objects()),
-        library_(std::make_shared<const ModelLibrary>(testing::known_objects())),
-        recognizer_(library_, two_jobs()) {}
-
-  static RecognizerOptions two_jobs() {
-    RecognizerOptions options;
-    options.jobs = 2;
-    return options;
-  }
-
-  void run(SceneKind kind, Seed seed, Tally& tally) const {
-    const testing::SyntheticScene scene = generator_.make(kind, seed);
-    const RangeImage image = testing::add_kinect_noise(scene.clean, {}, derive_seed(seed, "noise"));
-    const RecognitionResult result = recognizer_.recognize(image, seed);
-    ++tally.scenes;
-    std::vector<bool> matched(scene.instances.size(), false);
-    for (const Detection& detection : result.detections) {
-      if (!match(detection, scene, matched, tally.errors)) ++tally.false_positives;
-    }
-    for (std::size_t i = 0; i < matched.size(); ++i) {
-      const testing::TrueInstance& instance = scene.instances[i];
-      if (!instance.in_frame || instance.visible_share < 0.3) continue;
-      ++tally.visible;
-      if (matched[i]) ++tally.found;
-    }
-  }
-
-  bool match(const Detection& detection, const testing::SyntheticScene& scene,
-             std::vector<bool>& matched, std::vector<double>& errors) const {
-    for (std::size_t i = 0; i < matched.size(); ++i) {
-      const RecognitionModel& model = library_->models()[scene.instances[i].model];
-      if (matched[i] || model.name != detection.model) continue;
-      const double error = mssd(detection.T_scene_model, scene.instances[i].T_camera_model,
-                                model.hull, model.symmetries);
-      if (error > 0.1 * model.diameter) continue;
-      matched[i] = true;
-      errors.push_back(error);
-      return true;
-    }
-    return false;
-  }
-
-  testing::SceneGenerator generator_;
-  std::shared_ptr<const ModelLibrary> library_;
-  Recognizer recognizer_;
-};
-
-TEST_F(Recall, ObjectsOnATableAreFoundWithFewFalseOnes) {
+/// The frames of a variant, searched with default settings.
+Tally search(const std::string& models, const std::string& variant, int frames) {
+  const testing::SceneGenerator generator(testing::object_set(models));
+  const auto library = std::make_shared<const ModelLibrary>(generator.known());
+  const Recognizer recognizer(library, RecognizerOptions{});
   Tally tally;
-  for (Seed seed = 0; seed < 8; ++seed) {
-    for (const SceneKind kind : {SceneKind::kSeparate, SceneKind::kPile, SceneKind::kLeaning,
-                                 SceneKind::kLookAlike, SceneKind::kForeignOnly}) {
-      run(kind, derive_seed(20260101, 10 * seed + static_cast<Seed>(kind)), tally);
-    }
+  for (int i = 0; i < frames; ++i) {
+    const Seed seed = testing::frame_seed(kMasterSeed, variant, static_cast<Seed>(i));
+    const testing::SyntheticFrame frame =
+        generator.frame(testing::draw_parameters(variant, seed), seed);
+    const RecognitionResult result = testing::recognize(recognizer, frame, seed);
+    tally.add(testing::score_frame(result.detections, frame, library->models()), frame);
   }
-  const Wilson recall = wilson(tally.found, tally.visible);
-  std::sort(tally.errors.begin(), tally.errors.end());
-  std::printf(
-      "recall %d of %d, 95 %% interval [%.3f, %.3f]; %d false in %d scenes; "
-      "median error %.1f mm\n",
-      tally.found, tally.visible, recall.low, recall.high, tally.false_positives, tally.scenes,
-      1e3 * tally.errors[tally.errors.size() / 2]);
-  // The gates: no recall below 0.95 and no rate above one false object in five scenes is
-  // compatible with what was seen.
-  EXPECT_GE(recall.high, 0.95);
-  EXPECT_GE(recall.low, 0.88);
-  const double false_rate = static_cast<double>(tally.false_positives) / tally.scenes;
-  const double standard_error = std::sqrt(std::max(false_rate, 1.0 / tally.scenes) / tally.scenes);
-  EXPECT_LE(false_rate + 1.645 * standard_error, 0.2);
-  EXPECT_LT(tally.errors[tally.errors.size() / 2], 0.004);
+  return tally;
 }
+
+/// The rate per frame that is so high that as few events as seen would come in 5 % of such runs:
+/// exp(-m) sum m^k / k! = 0.05 with m = rate x frames.
+double highest_rate(int events, int frames) {
+  double low = 0.0;
+  double high = 10.0 + 3.0 * events;
+  for (int i = 0; i < 60; ++i) {
+    const double mean = 0.5 * (low + high);
+    double term = std::exp(-mean);
+    double at_most = term;
+    for (int k = 1; k <= events; ++k) at_most += term *= mean / k;
+    (at_most > 0.05 ? low : high) = mean;
+  }
+  return high / frames;
+}
+
+/// What a variant must show: bounds of 95 % intervals, not bare percentages. They are floors under
+/// what was reached, not the aims; a few dozen objects cannot show more.
+struct Gate {
+  /// By name in the output of a failed test.
+  friend void PrintTo(const Gate& gate, std::ostream* out) { *out << gate.name; }
+
+  const char* name;
+  const char* models;
+  const char* variant;
+  int frames;
+  double least_recall;          ///< lower bound of Wilson's interval, objects that show 30 %
+  double most_false_positives;  ///< upper bound per frame
+  double most_median_error;     ///< m
+};
+
+class Recall : public ::testing::TestWithParam<Gate> {};
+
+TEST_P(Recall, HoldsItsBounds) {
+  const Gate& gate = GetParam();
+  const Tally tally = search(gate.models, gate.variant, gate.frames);
+  const Wilson recall = testing::wilson(tally.found, tally.visible);
+  const double false_rate = highest_rate(tally.false_positives, tally.frames);
+  const double median = testing::quantile(tally.positions, 0.5);
+  std::printf(
+      "%s %s, master seed %llu: recall %d of %d, 95 %% interval [%.3f, %.3f]; %d false in %d "
+      "frames, "
+      "at most %.2f a frame; median error %.2f mm\n",
+      gate.models, gate.variant, static_cast<unsigned long long>(kMasterSeed), tally.found,
+      tally.visible, recall.low, recall.high, tally.false_positives, tally.frames, false_rate,
+      1e3 * median);
+  EXPECT_GE(recall.low, gate.least_recall);
+  EXPECT_LE(false_rate, gate.most_false_positives);
+  EXPECT_LE(median, gate.most_median_error);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    GeneratedScans, Recall,
+    ::testing::Values(Gate{"KinectPiles", "known", "kinect", 16, 0.88, 0.4, 0.0025},
+                      Gate{"LaserPiles", "known", "laser", 12, 0.80, 0.5, 0.0015},
+                      Gate{"UnknownObjects", "known", "unknown", 12, 0.75, 1.0, 0.0025},
+                      Gate{"Toys", "toys", "kinect", 10, 0.55, 0.4, 0.0025},
+                      Gate{"Harsh", "known", "harsh", 16, 0.60, 1.3, 0.004}),
+    [](const auto& gate) { return std::string(gate.param.name); });
 
 }  // namespace
 }  // namespace binpick
