@@ -45,6 +45,56 @@ TEST(BlindGraspTrial, EndsAtACollisionOnlyWhenTheReactionIsOn) {
   EXPECT_GT(off.measures.at("peak_force_n"), 10.0);
 }
 
+TEST(BlindGraspTrial, TheGraspCanBeTurnedAndRaised) {
+  const auto width_with = [](const std::string& change) {
+    const TrialRecord record = make_trial("pose_error: 0\n" + change).run(context_of(0));
+    EXPECT_EQ(record.outcome, TrialOutcome::kSuccess) << change << record.note;
+    return record.measures.at("jaw_width_m");
+  };
+  // From the bottle's wide axis to its narrow one. The belt is as wide over a pad's height.
+  EXPECT_NEAR(width_with("grasp_turn_deg: 90\n"), 0.070, 0.004);
+  EXPECT_NE(width_with("grasp_raise: 0.015\n"), width_with(""));
+}
+
+TEST(BlindGraspTrial, TheOtherProtocolsStartFromFeasibleGrasps) {
+  const std::pair<const char*, const char*> protocols[] = {
+      {"blind_bottle_narrow.yaml", "top across narrow axis"},
+      {"blind_bottle_lying.yaml", "side across wide axis at the waist"},
+      {"blind_bottle_lying.yaml", "side across wide axis below the belt"}};
+  for (const auto& [scene, grasp] : protocols) {
+    BlindGraspTrial trial;
+    read_yaml_text(std::string("pose_error: 0\nscene: ") + scene + "\ngrasp: " + grasp + "\n",
+                   "test", [&](ConfigVisitor& visitor) { trial.visit(visitor); });
+    trial.prepare(kScenes);
+    EXPECT_EQ(trial.run(context_of(0)).outcome, TrialOutcome::kSuccess) << grasp;
+  }
+}
+
+TEST(BlindGraspTrial, FixedPhysicsTakesThePlaceOfTheDraw) {
+  const auto outcome_with = [](const char* friction) {
+    return make_trial(
+               std::string("pose_error: 0\ngrip_force: 5\nfixed: {mass: 0.6, pad_friction: ") +
+               friction + "}\n")
+        .run(context_of(0))
+        .outcome;
+  };
+  // 2 x 5 N: 0.6 kg weigh 5.9 N.
+  EXPECT_EQ(outcome_with("0.9"), TrialOutcome::kSuccess);
+  EXPECT_NE(outcome_with("0.3"), TrialOutcome::kSuccess);
+}
+
+TEST(BlindGraspTrial, ANarrowerOpeningStrikesMoreOften) {
+  const auto collisions_with = [](const char* opening) {
+    BlindGraspTrial trial = make_trial(std::string("pre_opening: ") + opening + "\n");
+    int collisions = 0;
+    for (std::int64_t i = 0; i < 6; ++i) {
+      collisions += trial.run(context_of(i)).outcome == TrialOutcome::kCollisionAbort ? 1 : 0;
+    }
+    return collisions;
+  };
+  EXPECT_GT(collisions_with("0.105"), collisions_with("0.140"));
+}
+
 TEST(BlindGraspTrial, SameSeedsGiveTheSameBits) {
   BlindGraspTrial trial = make_trial();
   const TrialRecord first = trial.run(context_of(1));
