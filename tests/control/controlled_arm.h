@@ -16,9 +16,8 @@
 
 namespace binpick {
 
-/// Joint speeds, in units of their limits, that a control law cannot answer for: when an impact
-/// strikes the light wrist, and when somebody pushes the arm about.
-inline constexpr double kStruck = 1.25;
+/// No limit of joint speed: when an impact strikes the light wrist and when somebody pushes the arm
+/// about, a control law cannot answer for it.
 inline constexpr double kPushedAbout = INFINITY;
 
 /// ArmController on the plant, with torque feedback where the plant's joints are elastic. The
