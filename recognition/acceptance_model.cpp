@@ -41,6 +41,19 @@ FeatureVector acceptance_features(const HypothesisEvidence& evidence, double dil
   return features;
 }
 
+double direction_of(Feature feature) {
+  switch (feature) {
+    case Feature::kEvidence:
+    case Feature::kTypicalShare:
+    case Feature::kMatchedShare:
+    case Feature::kEdgesMatched:
+    case Feature::kSecondFace:
+      return 1.0;
+    default:
+      return -1.0;
+  }
+}
+
 double AcceptanceModel::standardised(Feature feature, double value) const {
   const Term& term = terms[static_cast<std::size_t>(feature)];
   return (std::clamp(value, term.low, term.high) - term.centre) / term.scale;

@@ -40,9 +40,14 @@ using FeatureVector = std::array<double, kFeatures>;
 [[nodiscard]] FeatureVector acceptance_features(const HypothesisEvidence& evidence,
                                                 double dilation);
 
+/// Whether more of a feature speaks for a hypothesis, 1, or against it, -1.
+[[nodiscard]] double direction_of(Feature feature);
+
 /// log p(right | features) - log p(wrong | features) as an additive model: a piecewise linear
 /// function of each feature plus products of pairs of features. Features are clamped to the range
-/// seen in calibration, so that nothing is extrapolated.
+/// seen in calibration, so that nothing is extrapolated. The calibration sees to it that the odds
+/// never fall when a feature gets better (direction_of()), whatever the others are: a fit is not
+/// rejected for being better than those of the calibration.
 struct AcceptanceModel {
   static constexpr std::size_t kKnots = 3;
   struct Term {

@@ -11,6 +11,7 @@ namespace binpick {
 namespace {
 
 constexpr double kHopelessLogOdds = -5.0;  // no sliding helps
+constexpr double kClearlyLess = 1.0;       // log odds: refinement trades silhouettes for surfaces
 
 }  // namespace
 
@@ -30,6 +31,10 @@ void CandidatePool::add(std::vector<Hypothesis> hypotheses, int most_per_model, 
                         {most_per_model, facing_visibility_, jobs_}, tried_);
   tried_.insert(tried_.end(), fresh.begin(), fresh.end());
   verify(fresh, slide);
+}
+
+const RecognitionModel& CandidatePool::model_of(const Candidate& candidate) const {
+  return library_.models()[static_cast<std::size_t>(candidate.model)];
 }
 
 double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
@@ -55,9 +60,10 @@ void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide
   });
 }
 
-void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate) const {
+void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
+                                        const PixelClaims* claims, std::int32_t claimant) const {
   constexpr std::array<float, 4> kSteps = {0.04f, 0.02f, 0.01f, 0.005f};  // of the diameter
-  const RecognitionModel& model = library_.models()[static_cast<std::size_t>(candidate.model)];
+  const RecognitionModel& model = model_of(candidate);
   const OpenDirections open = open_directions(scene_, model, candidate.T_camera_model,
                                               1.5f * tolerances_for(model, scene_.noise()).fine);
   double best = log_odds(candidate.evidence);
@@ -66,7 +72,7 @@ void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& c
       for (const float sign : {-1.0f, 1.0f}) {
         const Eigen::Isometry3f T = move_along(model, candidate.T_camera_model, open.motions.col(i),
                                                sign * step * model.diameter);
-        const HypothesisEvidence evidence = gatherer.gather(model, T);
+        const HypothesisEvidence evidence = gatherer.gather(model, T, claims, claimant);
         const double moved = log_odds(evidence);
         if (moved <= best) continue;
         best = moved;
@@ -92,11 +98,77 @@ int CandidatePool::accepted() const {
       }));
 }
 
+PixelClaims CandidatePool::claims_of_selected() const {
+  PixelClaims claims(scene_.pixels().size(), -1);
+  for (const SelectedCandidate& selected : selected_) {
+    for (const int pixel : selected.pixels) {
+      std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
+      if (owner < 0) owner = static_cast<std::int32_t>(selected.candidate);
+    }
+  }
+  return claims;
+}
+
 void CandidatePool::slide_selected() {
+  PixelClaims claims = claims_of_selected();
+  std::vector<Candidate> moved(selected_.size());
   parallel_for(static_cast<int>(selected_.size()), jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, sensor_);
-    slide_to_silhouette(gatherer, candidates_[selected_[static_cast<std::size_t>(i)].candidate]);
+    const std::size_t index = selected_[static_cast<std::size_t>(i)].candidate;
+    const auto claimant = static_cast<std::int32_t>(index);
+    Candidate& candidate = moved[static_cast<std::size_t>(i)] = candidates_[index];
+    candidate.evidence =
+        gatherer.gather(model_of(candidate), candidate.T_camera_model, &claims, claimant);
+    slide_to_silhouette(gatherer, candidate, &claims, claimant);
   });
+  // One after the other, as two may have moved towards each other.
+  EvidenceGatherer gatherer(scene_, sensor_);
+  std::vector<SelectedCandidate> standing;
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    SelectedCandidate& selected = selected_[i];
+    Candidate& candidate = candidates_[selected.candidate];
+    const auto claimant = static_cast<std::int32_t>(selected.candidate);
+    const auto judge = [&](const Eigen::Isometry3f& T) {
+      selected.evidence = gatherer.gather(model_of(candidate), T, &claims, claimant);
+      selected.log_odds = log_odds(selected.evidence);
+      return selected.log_odds;
+    };
+    if (!moved[i].T_camera_model.isApprox(candidate.T_camera_model)) {
+      const double before = judge(candidate.T_camera_model);
+      if (judge(moved[i].T_camera_model) > before) {
+        candidate.T_camera_model = moved[i].T_camera_model;
+      }
+    }
+    judge(candidate.T_camera_model);
+    for (const int pixel : selected.pixels) {
+      std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
+      if (owner == claimant) owner = -1;
+    }
+    if (probability(selected.log_odds) < acceptance_.least_probability ||
+        is_mostly_claimed(selected.evidence)) {
+      continue;
+    }
+    gatherer.explained_pixels(selected.pixels);
+    for (const int pixel : selected.pixels) claims[static_cast<std::size_t>(pixel)] = claimant;
+    standing.push_back(std::move(selected));
+  }
+  std::stable_sort(standing.begin(), standing.end(),
+                   [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
+  selected_ = std::move(standing);
+}
+
+void CandidatePool::undo_worse(std::vector<RefinedPose>& refined) const {
+  const PixelClaims claims = claims_of_selected();
+  EvidenceGatherer gatherer(scene_, sensor_);
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    const Candidate& candidate = candidates_[selected_[i].candidate];
+    const HypothesisEvidence evidence =
+        gatherer.gather(model_of(candidate), refined[i].T_camera_model.cast<float>(), &claims,
+                        static_cast<std::int32_t>(selected_[i].candidate));
+    if (log_odds(evidence) < selected_[i].log_odds - kClearlyLess) {
+      refined[i].T_camera_model = candidate.T_camera_model.cast<double>();
+    }
+  }
 }
 
 std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& pixels) {

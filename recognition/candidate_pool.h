@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <vector>
 
 #include "recognition/acceptance_model.h"
 #include "recognition/detection_selection.h"
 #include "recognition/hypothesis.h"
 #include "recognition/hypothesis_clusters.h"
+#include "recognition/joint_refinement.h"
 #include "recognition/model_library.h"
 #include "recognition/observed_scene.h"
 #include "recognition/sensor_estimate.h"
@@ -31,8 +33,13 @@ class CandidatePool {
   const std::vector<SelectedCandidate>& select(bool is_last = false);
 
   /// Moves the selected candidates along directions that their points leave open to where the
-  /// silhouette fits best.
+  /// silhouette fits best, each beside what the others explain. Whoever does not stand beside the
+  /// others any more is dropped.
   void slide_selected();
+
+  /// Takes a refined pose of each selected candidate back where it makes the candidate clearly less
+  /// credible beside the others.
+  void undo_worse(std::vector<RefinedPose>& refined) const;
 
   [[nodiscard]] const std::vector<SelectedCandidate>& selected() const noexcept {
     return selected_;
@@ -51,7 +58,10 @@ class CandidatePool {
  private:
   void verify(const std::vector<Hypothesis>& hypotheses, bool slide);
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
-  void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate) const;
+  void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
+                           const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
+  [[nodiscard]] PixelClaims claims_of_selected() const;
+  [[nodiscard]] const RecognitionModel& model_of(const Candidate& candidate) const;
 
   const ModelLibrary& library_;
   const ObservedScene& scene_;

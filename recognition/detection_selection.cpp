@@ -23,6 +23,10 @@ double sum_of_log_odds(const std::vector<SelectedCandidate>& selected) {
 
 }  // namespace
 
+bool is_mostly_claimed(const HypothesisEvidence& evidence) {
+  return evidence.claimed > kMostClaimed * (evidence.matched + evidence.claimed);
+}
+
 double estimate_dilation(std::span<const Candidate> candidates, const AcceptanceModel& acceptance,
                          double fallback) {
   struct Vote {
@@ -143,8 +147,7 @@ std::vector<SelectedCandidate> DetectionSelection::choose(const std::vector<std:
     log_odds[best] = judged.log_odds;
     is_stale[best] = 0;
     // Claims only grow: what is mostly another's stays so.
-    const int agreeing = judged.evidence.matched + judged.evidence.claimed;
-    if (judged.evidence.claimed > kMostClaimed * agreeing) {
+    if (is_mostly_claimed(judged.evidence)) {
       is_open[best] = 0;
     } else if (!was_stale && judged.log_odds >= least_log_odds_) {
       take(std::move(judged));

@@ -32,6 +32,9 @@ struct SelectedCandidate {
 [[nodiscard]] double estimate_dilation(std::span<const Candidate> candidates,
                                        const AcceptanceModel& acceptance, double fallback = 0.5);
 
+/// Whether so much of what agrees with a hypothesis is another's that the rest says little.
+[[nodiscard]] bool is_mostly_claimed(const HypothesisEvidence& evidence);
+
 /// Picks the candidates that stand beside each other: a pixel is explained by one of them, and the
 /// sum of their log odds is as large as greedy choice and single exchanges make it. What a chosen
 /// candidate explains is no evidence for another, nor against it: a neighbour that goes on where

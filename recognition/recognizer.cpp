@@ -317,6 +317,7 @@ void Run::recognize_in_rounds() {
   if (options_.refine) {
     refined =
         refine_jointly(models, scene_, pool.sensor(), pool.dilation(), objects, options_.jobs);
+    pool.undo_worse(refined);
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const SelectedCandidate& selected = pool.selected()[i];

@@ -27,8 +27,9 @@
 namespace binpick::testing {
 namespace {
 
-constexpr double kRidge = 3.0;
+constexpr double kRidge = 1.0;
 constexpr double kRightPose = 0.1;        // MSSD below this share of the diameter
+constexpr double kWrongPose = 0.2;        // and above this one: what lies between teaches nothing
 constexpr double kMostClaimed = 0.35;     // the selection does not ask about more
 constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
 // Wrong detections per frame at the threshold. The scans of the calibration are harsher than piles
@@ -109,18 +110,20 @@ class Calibration {
     const std::size_t instances = frame.scene.instances.size();
     std::vector<FrameRows::Instance> seen(instances);
     for (const ConsideredHypothesis& considered : result.considered) {
-      const auto instance = instance_at(considered, frame, libraries_[recipe.set]->models());
-      const bool is_right = instance < instances;
+      const Nearest nearest = nearest_to(considered, frame, libraries_[recipe.set]->models());
+      const bool is_right = nearest.distance < kRightPose;
       if (is_right) {
-        seen[instance].was_candidate = true;
-        seen[instance].is_selected |= considered.is_selected;
+        seen[nearest.instance].was_candidate = true;
+        seen[nearest.instance].is_selected |= considered.is_selected;
       }
+      if (!is_right && nearest.distance < kWrongPose) continue;
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
       rows.candidates.push_back({considered.features, is_right, kCandidateWeight});
       if (!considered.is_selected) continue;
       rows.selected.push_back({considered.features, is_right, 1.0});
-      rows.notes.push_back(note_on(considered, frame, libraries_[recipe.set]->models()));
+      rows.notes.push_back(fmt::format("{},{:.3f},{:.2f}", considered.model, nearest.distance,
+                                       nearest.visible_share));
     }
     for (std::size_t i = 0; i < instances; ++i) {
       if (!frame.scene.instances[i].in_frame) continue;
@@ -130,39 +133,26 @@ class Calibration {
     return rows;
   }
 
-  /// Model, and MSSD in diameters from the nearest true pose of that model and its visibility.
-  static std::string note_on(const ConsideredHypothesis& considered, const SyntheticFrame& frame,
-                             const std::vector<RecognitionModel>& models) {
-    double least = std::numeric_limits<double>::infinity();
-    double visible = 0.0;
-    for (const TrueInstance& instance : frame.scene.instances) {
-      const RecognitionModel& model = models[instance.model];
-      if (model.name != considered.model) continue;
-      const double error =
-          mssd(considered.T_scene_model, frame.T_scene_camera * instance.T_camera_model, model.hull,
-               model.symmetries) /
-          static_cast<double>(model.diameter);
-      if (error >= least) continue;
-      least = error;
-      visible = instance.visible_share;
-    }
-    return fmt::format("{},{:.3f},{:.2f}", considered.model, least, visible);
-  }
-
-  /// The instance whose pose the hypothesis has.
-  static std::size_t instance_at(const ConsideredHypothesis& considered,
-                                 const SyntheticFrame& frame,
-                                 const std::vector<RecognitionModel>& models) {
+  struct Nearest {
+    std::size_t instance = 0;
+    double distance = std::numeric_limits<double>::infinity();  // MSSD, diameters
+    double visible_share = 0.0;
+  };
+  /// The instance of the hypothesis' model whose pose is most like its own.
+  static Nearest nearest_to(const ConsideredHypothesis& considered, const SyntheticFrame& frame,
+                            const std::vector<RecognitionModel>& models) {
     const std::vector<TrueInstance>& instances = frame.scene.instances;
+    Nearest nearest;
     for (std::size_t i = 0; i < instances.size(); ++i) {
       const RecognitionModel& model = models[instances[i].model];
       if (model.name != considered.model) continue;
-      if (mssd(considered.T_scene_model, frame.T_scene_camera * instances[i].T_camera_model,
-               model.hull, model.symmetries) < kRightPose * static_cast<double>(model.diameter)) {
-        return i;
-      }
+      const double distance =
+          mssd(considered.T_scene_model, frame.T_scene_camera * instances[i].T_camera_model,
+               model.hull, model.symmetries) /
+          static_cast<double>(model.diameter);
+      if (distance < nearest.distance) nearest = {i, distance, instances[i].visible_share};
     }
-    return instances.size();
+    return nearest;
   }
 
   const Arguments& arguments_;

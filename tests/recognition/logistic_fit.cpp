@@ -1,16 +1,39 @@
 #include "recognition/logistic_fit.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace binpick::testing {
 namespace {
 
-/// argmax of the penalised likelihood: one column per coefficient, the first one the bias.
+constexpr double kUnbounded = -std::numeric_limits<double>::infinity();
+
+/// argmin of 1/2 d' H d - g' d over d >= `least`, by coordinate descent.
+Eigen::VectorXd bounded_step(const Eigen::MatrixXd& H, const Eigen::VectorXd& g,
+                             const Eigen::VectorXd& least) {
+  constexpr int kMostSweeps = 500;
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(g.size());
+  Eigen::VectorXd rest = g;  // g - H d
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    double longest = 0.0;
+    for (Eigen::Index i = 0; i < d.size(); ++i) {
+      const double change = std::max(d[i] + rest[i] / H(i, i), least[i]) - d[i];
+      d[i] += change;
+      rest -= change * H.col(i);
+      longest = std::max(longest, std::abs(change));
+    }
+    if (longest < 1e-7) break;
+  }
+  return d;
+}
+
+/// argmax of the penalised likelihood over coefficients >= `least`: one column per coefficient, the
+/// first one the bias.
 Eigen::VectorXd newton(const Eigen::MatrixXd& columns, const std::vector<LabelledFeatures>& rows,
-                       double ridge) {
+                       double ridge, const Eigen::VectorXd& least) {
   constexpr int kMostSteps = 40;
   const Eigen::Index n = columns.rows();
   Eigen::VectorXd beta = Eigen::VectorXd::Zero(columns.cols());
@@ -18,23 +41,23 @@ Eigen::VectorXd newton(const Eigen::MatrixXd& columns, const std::vector<Labelle
   penalty[0] = 1e-9;
   for (int step = 0; step < kMostSteps; ++step) {
     const Eigen::VectorXd log_odds = columns * beta;
-    Eigen::VectorXd gradient = -penalty.cwiseProduct(beta);
-    Eigen::MatrixXd scaled = columns;
+    Eigen::VectorXd surprise(n);
+    Eigen::VectorXd weight(n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const LabelledFeatures& row = rows[static_cast<std::size_t>(i)];
       const double p = probability(log_odds[i]);
-      gradient += row.weight * ((row.is_right ? 1.0 : 0.0) - p) * columns.row(i).transpose();
-      scaled.row(i) *= std::sqrt(row.weight * std::max(p * (1.0 - p), 1e-6));
+      surprise[i] = row.weight * ((row.is_right ? 1.0 : 0.0) - p);
+      weight[i] = row.weight * std::max(p * (1.0 - p), 1e-6);
     }
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
-    information.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+    Eigen::MatrixXd information = columns.transpose() * weight.asDiagonal() * columns;
     information.diagonal() += penalty;
-    Eigen::VectorXd change = information.selfadjointView<Eigen::Lower>().ldlt().solve(gradient);
+    const Eigen::VectorXd gradient = columns.transpose() * surprise - penalty.cwiseProduct(beta);
+    Eigen::VectorXd change = bounded_step(information, gradient, least - beta);
     // Far from the maximum a full step can overshoot.
     const double longest = change.cwiseAbs().maxCoeff();
     if (longest > 2.0) change *= 2.0 / longest;
     beta += change;
-    if (longest < 1e-7) break;
+    if (longest < 1e-5) break;
   }
   return beta;
 }
@@ -79,6 +102,92 @@ void place_terms(AcceptanceModel& model, const std::vector<LabelledFeatures>& ro
   }
 }
 
+/// The model's parts as columns that rise as features get better, so that a model of non-negative
+/// coefficients is one that never falls.
+class RisingColumns {
+ public:
+  static constexpr std::size_t kPieces = 1 + AcceptanceModel::kKnots;
+
+  explicit RisingColumns(const AcceptanceModel& placed) : model_(placed) {
+    for (std::size_t f = 0; f < kFeatures; ++f) {
+      const auto feature = static_cast<Feature>(f);
+      const AcceptanceModel::Term& term = model_.terms[f];
+      const bool rises = direction_of(feature) > 0.0;
+      worst_[f] = model_.standardised(feature, rises ? term.low : term.high);
+      best_[f] = model_.standardised(feature, rises ? term.high : term.low);
+    }
+  }
+
+  [[nodiscard]] Eigen::Index count() const {
+    return static_cast<Eigen::Index>(1 + kFeatures * kPieces + 2 * model_.products.size());
+  }
+
+  [[nodiscard]] Eigen::RowVectorXd row(const FeatureVector& features) const {
+    Eigen::RowVectorXd row(count());
+    Eigen::Index column = 0;
+    row[column++] = 1.0;
+    std::array<double, kFeatures> x{};
+    for (std::size_t f = 0; f < kFeatures; ++f) {
+      const auto feature = static_cast<Feature>(f);
+      x[f] = model_.standardised(feature, features[f]);
+      const auto& knots = model_.terms[f].knots;
+      const double sign = direction_of(feature);
+      row[column++] = sign * std::min(x[f], knots.front());
+      for (std::size_t k = 0; k < knots.size(); ++k) {
+        const double beyond = std::max(x[f] - knots[k], 0.0);
+        row[column++] =
+            sign * (k + 1 < knots.size() ? std::min(beyond, knots[k + 1] - knots[k]) : beyond);
+      }
+    }
+    for (const AcceptanceModel::Product& product : model_.products) {
+      const auto a = static_cast<std::size_t>(product.a);
+      const auto b = static_cast<std::size_t>(product.b);
+      const double sign = direction_of(product.a) * direction_of(product.b);
+      row[column++] = sign * (x[a] - worst_[a]) * (x[b] - worst_[b]);
+      row[column++] = -sign * (x[a] - best_[a]) * (x[b] - best_[b]);
+    }
+    return row;
+  }
+
+  [[nodiscard]] AcceptanceModel model_of(const Eigen::VectorXd& beta) const {
+    AcceptanceModel model = model_;
+    Eigen::Index column = 0;
+    model.bias = beta[column++];
+    for (std::size_t f = 0; f < kFeatures; ++f) {
+      AcceptanceModel::Term& term = model.terms[f];
+      const double sign = direction_of(static_cast<Feature>(f));
+      double before = term.slope = sign * beta[column++];
+      for (double& bend : term.bends) {
+        const double slope = sign * beta[column++];
+        bend = slope - before;
+        before = slope;
+      }
+    }
+    for (AcceptanceModel::Product& product : model.products) {
+      const double sign = direction_of(product.a) * direction_of(product.b);
+      add_product(model, product, sign * beta[column++], worst_);
+      add_product(model, product, -sign * beta[column++], best_);
+    }
+    return model;
+  }
+
+ private:
+  /// Adds weight (x_a - origin_a) (x_b - origin_b).
+  static void add_product(AcceptanceModel& model, AcceptanceModel::Product& product, double weight,
+                          const std::array<double, kFeatures>& origin) {
+    const auto a = static_cast<std::size_t>(product.a);
+    const auto b = static_cast<std::size_t>(product.b);
+    product.weight += weight;
+    model.terms[a].slope -= weight * origin[b];
+    model.terms[b].slope -= weight * origin[a];
+    model.bias += weight * origin[a] * origin[b];
+  }
+
+  AcceptanceModel model_;
+  std::array<double, kFeatures> worst_{};  // standardised
+  std::array<double, kFeatures> best_{};
+};
+
 }  // namespace
 
 AcceptanceModel fit_acceptance(const std::vector<LabelledFeatures>& rows, double ridge) {
@@ -95,32 +204,14 @@ AcceptanceModel fit_acceptance(const std::vector<LabelledFeatures>& rows, double
       if (a != b && !is_known) model.products.push_back({a, b, 0.0});
     }
   }
-  constexpr std::size_t kPerFeature = 1 + AcceptanceModel::kKnots;
-  const std::size_t width = 1 + kFeatures * kPerFeature + model.products.size();
-  Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(width));
+  const RisingColumns rising(model);
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), rising.count());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    Eigen::Index column = 0;
-    const auto put = [&](double value) { columns(static_cast<Eigen::Index>(i), column++) = value; };
-    std::array<double, kFeatures> x{};
-    put(1.0);
-    for (std::size_t f = 0; f < kFeatures; ++f) {
-      x[f] = model.standardised(static_cast<Feature>(f), rows[i].features[f]);
-      put(x[f]);
-      for (const double knot : model.terms[f].knots) put(std::max(x[f] - knot, 0.0));
-    }
-    for (const auto& product : model.products) {
-      put(x[static_cast<std::size_t>(product.a)] * x[static_cast<std::size_t>(product.b)]);
-    }
+    columns.row(static_cast<Eigen::Index>(i)) = rising.row(rows[i].features);
   }
-  const Eigen::VectorXd beta = newton(columns, rows, ridge);
-  Eigen::Index column = 0;
-  model.bias = beta[column++];
-  for (AcceptanceModel::Term& term : model.terms) {
-    term.slope = beta[column++];
-    for (double& bend : term.bends) bend = beta[column++];
-  }
-  for (AcceptanceModel::Product& product : model.products) product.weight = beta[column++];
-  return model;
+  Eigen::VectorXd least = Eigen::VectorXd::Zero(rising.count());
+  least[0] = kUnbounded;
+  return rising.model_of(newton(columns, rows, ridge, least));
 }
 
 void recalibrate(AcceptanceModel& model, const std::vector<LabelledFeatures>& rows) {
@@ -129,7 +220,7 @@ void recalibrate(AcceptanceModel& model, const std::vector<LabelledFeatures>& ro
     columns(static_cast<Eigen::Index>(i), 0) = 1.0;
     columns(static_cast<Eigen::Index>(i), 1) = model.log_odds(rows[i].features);
   }
-  const Eigen::VectorXd beta = newton(columns, rows, 1e-3);
+  const Eigen::VectorXd beta = newton(columns, rows, 1e-3, Eigen::Vector2d(kUnbounded, 0.0));
   model.bias = beta[0] + beta[1] * model.bias;
   for (AcceptanceModel::Term& term : model.terms) {
     term.slope *= beta[1];

@@ -14,9 +14,10 @@ struct LabelledFeatures {
 };
 
 /// Fits the acceptance model by penalised maximum likelihood (logistic regression, Newton's method
-/// with weights; Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 4.4): ranges
-/// and knots at quantiles of the rows, right and wrong ones counting alike; `ridge` on every
-/// coefficient but the bias. Leaves least_probability alone. Deterministic.
+/// with weights; Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 4.4) among
+/// the models that never fall as a feature gets better: ranges and knots at quantiles of the rows,
+/// right and wrong ones counting alike; `ridge` on every coefficient but the bias. Leaves
+/// least_probability alone. Deterministic.
 [[nodiscard]] AcceptanceModel fit_acceptance(const std::vector<LabelledFeatures>& rows,
                                              double ridge);
 
