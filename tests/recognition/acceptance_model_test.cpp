@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "models/random.h"
 #include "recognition/logistic_fit.h"
@@ -12,18 +15,54 @@ namespace {
 
 using testing::LabelledFeatures;
 
-/// Rows whose log odds are 1 + 2 x - |y| for two features x, y; the others are noise.
+/// Two features decide: the larger the matched share the better, though less so when it is large,
+/// and the fewer pixels are seen through the better; the others are noise.
+double true_log_odds(const FeatureVector& features) {
+  const double matched = features[static_cast<std::size_t>(Feature::kMatchedShare)];
+  const double through = features[static_cast<std::size_t>(Feature::kSeenThrough)];
+  return 1.0 + 2.0 * std::min(matched, 0.5) - 2.0 * std::max(through, 0.0);
+}
+
 std::vector<LabelledFeatures> rows(int count, Seed seed) {
   Random random(seed);
   std::vector<LabelledFeatures> all;
   for (int i = 0; i < count; ++i) {
     LabelledFeatures row;
     for (double& value : row.features) value = random.normal();
-    const double log_odds = 1.0 + 2.0 * row.features[2] - 2.0 * std::abs(row.features[4]);
-    row.is_right = random.uniform() < probability(log_odds);
+    row.is_right = random.uniform() < probability(true_log_odds(row.features));
     all.push_back(row);
   }
   return all;
+}
+
+/// The least that the log odds gain per (standardised) unit by which one feature gets better,
+/// wherever it and all others lie in their ranges. Exact: the gain is linear in each of the others.
+double least_gain(const AcceptanceModel& model, std::size_t feature) {
+  const auto limits = [&](std::size_t f) {
+    return std::array<double, 2>{model.standardised(static_cast<Feature>(f), model.terms[f].low),
+                                 model.standardised(static_cast<Feature>(f), model.terms[f].high)};
+  };
+  const double direction = direction_of(static_cast<Feature>(feature));
+  const AcceptanceModel::Term& term = model.terms[feature];
+  double slope = term.slope;
+  double least = direction * slope;
+  const auto [low, high] = limits(feature);
+  for (std::size_t k = 0; k < AcceptanceModel::kKnots; ++k) {
+    slope += term.bends[k];
+    // Of knots in one place only the last one has a stretch beyond it.
+    const double next = k + 1 < AcceptanceModel::kKnots ? term.knots[k + 1] : high;
+    if (term.knots[k] <= low) least = std::numeric_limits<double>::infinity();
+    if (next > term.knots[k]) least = std::min(least, direction * slope);
+  }
+  for (const AcceptanceModel::Product& product : model.products) {
+    const auto a = static_cast<std::size_t>(product.a);
+    const auto b = static_cast<std::size_t>(product.b);
+    if (a != feature && b != feature) continue;
+    const auto [other_low, other_high] = limits(a == feature ? b : a);
+    const double weight = direction * product.weight;
+    least += std::min(weight * other_low, weight * other_high);
+  }
+  return least;
 }
 
 TEST(AcceptanceModel, FitRecoversKnownLogOdds) {
@@ -31,10 +70,28 @@ TEST(AcceptanceModel, FitRecoversKnownLogOdds) {
   double squares = 0.0;
   const std::vector<LabelledFeatures> fresh = rows(500, 2);
   for (const LabelledFeatures& row : fresh) {
-    const double truth = 1.0 + 2.0 * row.features[2] - 2.0 * std::abs(row.features[4]);
-    squares += std::pow(model.log_odds(row.features) - truth, 2);
+    squares += std::pow(model.log_odds(row.features) - true_log_odds(row.features), 2);
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(fresh.size())), 0.5);
+}
+
+TEST(AcceptanceModel, WhatLooksBetterIsNeverLessCredible) {
+  for (std::size_t f = 0; f < kFeatures; ++f) {
+    EXPECT_GE(least_gain(calibrated_acceptance(), f), -1e-3) << "feature " << f;
+  }
+}
+
+TEST(AcceptanceModel, FitNeverFallsEvenWhereTheRowsDo) {
+  Random random(4);
+  std::vector<LabelledFeatures> data = rows(3000, 4);
+  for (LabelledFeatures& row : data) {
+    const double bad_normal = row.features[static_cast<std::size_t>(Feature::kBadNormal)];
+    row.is_right = random.uniform() < probability(1.0 - 2.0 * std::abs(bad_normal));
+  }
+  const AcceptanceModel model = testing::fit_acceptance(data, 1.0);
+  for (std::size_t f = 0; f < kFeatures; ++f) {
+    EXPECT_GE(least_gain(model, f), -1e-9) << "feature " << f;
+  }
 }
 
 TEST(AcceptanceModel, RecalibrationUndoesAScale) {
