@@ -23,13 +23,17 @@
 #include "recognition/recognizer.h"
 #include "recognition/shapes.h"
 #include "recognition/synthetic_scene.h"
+#include "recognition/visible_surface_discrepancy.h"
 
 namespace binpick::testing {
 namespace {
 
 constexpr double kRidge = 1.0;
-constexpr double kRightPose = 0.1;        // MSSD below this share of the diameter
-constexpr double kWrongPose = 0.2;        // and above this one: what lies between teaches nothing
+constexpr double kRightPose = 0.1;  // MSSD below this share of the diameter
+constexpr double kWrongPose = 0.2;  // and above this one: what lies between teaches nothing
+// Visible surface discrepancy, with 0.05 diameters of tolerance, below which a view does not tell
+// two poses apart (an upright and an upturned cup): no labels either.
+constexpr double kLooksAlike = 0.2;
 constexpr double kMostClaimed = 0.35;     // the selection does not ask about more
 constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
 // Wrong detections per frame at the threshold. The scans of the calibration are harsher than piles
@@ -116,7 +120,10 @@ class Calibration {
         seen[nearest.instance].was_candidate = true;
         seen[nearest.instance].is_selected |= considered.is_selected;
       }
-      if (!is_right && nearest.distance < kWrongPose) continue;
+      if (!is_right && (nearest.distance < kWrongPose ||
+                        looks_alike(considered, frame, libraries_[recipe.set]->models()))) {
+        continue;
+      }
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
       rows.candidates.push_back({considered.features, is_right, kCandidateWeight});
@@ -153,6 +160,28 @@ class Calibration {
       if (distance < nearest.distance) nearest = {i, distance, instances[i].visible_share};
     }
     return nearest;
+  }
+
+  /// Whether the hypothesis shows what some true instance of its model shows.
+  static bool looks_alike(const ConsideredHypothesis& considered, const SyntheticFrame& frame,
+                          const std::vector<RecognitionModel>& models) {
+    const CameraIntrinsics& camera = frame.image.intrinsics;
+    const Projection projection{camera.width,
+                                camera.height,
+                                static_cast<float>(camera.fx),
+                                static_cast<float>(camera.fy),
+                                static_cast<float>(camera.cx),
+                                static_cast<float>(camera.cy)};
+    return std::any_of(frame.scene.instances.begin(), frame.scene.instances.end(),
+                       [&](const TrueInstance& instance) {
+                         const RecognitionModel& model = models[instance.model];
+                         if (model.name != considered.model) return false;
+                         const auto diameter = static_cast<double>(model.diameter);
+                         return visible_surface_discrepancy(
+                                    frame.T_scene_camera.inverse() * considered.T_scene_model,
+                                    instance.T_camera_model, model.render_mesh, frame.image.depth,
+                                    projection, {0.1 * diameter, 0.05 * diameter}) < kLooksAlike;
+                       });
   }
 
   const Arguments& arguments_;

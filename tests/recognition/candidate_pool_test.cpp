@@ -1,0 +1,73 @@
+#include "recognition/candidate_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "recognition/depth_rasterizer.h"
+#include "recognition/shapes.h"
+
+namespace binpick {
+namespace {
+
+constexpr Projection kProjection{320, 240, 290.0f, 290.0f, 159.5f, 119.5f};
+
+/// One box in front of a far wall.
+class Pool : public ::testing::Test {
+ protected:
+  Pool() : library_({{"box", testing::make_box({0.15, 0.12, 0.08}), {}}}) {
+    truth_.translation() << 0.0f, 0.0f, 0.8f;
+    truth_.linear() = (Eigen::AngleAxisf(0.7f, Eigen::Vector3f::UnitX()) *
+                       Eigen::AngleAxisf(0.6f, Eigen::Vector3f::UnitY()))
+                          .toRotationMatrix();
+    RangeImage image;
+    image.intrinsics = {320, 240, 290.0, 290.0, 159.5, 119.5};
+    image.depth.assign(320u * 240u, 1.5f);
+    DepthRasterizer rasterizer;
+    const RenderedModel& r =
+        rasterizer.render(library_.models()[0].render_mesh, truth_, kProjection);
+    for (int v = 0; v < r.height; ++v) {
+      for (int u = 0; u < r.width; ++u) {
+        if (!r.covers(u, v)) continue;
+        image.depth[static_cast<std::size_t>((r.v0 + v) * 320 + r.u0 + u)] = r.depth[r.index(u, v)];
+      }
+    }
+    scene_ = std::make_unique<ObservedScene>(image, SceneScale{0.004, 1e9}, 1, 1);
+  }
+
+  Eigen::Isometry3f truth_ = Eigen::Isometry3f::Identity();
+  ModelLibrary library_;
+  std::unique_ptr<ObservedScene> scene_;
+};
+
+TEST_F(Pool, ADetectionThatStandsSurvivesTheSlide) {
+  CandidatePool pool(library_, *scene_, calibrated_acceptance(), 0.3, 1);
+  pool.add({{0, truth_, 1.0f}}, 5, false);
+  ASSERT_EQ(pool.select(true).size(), 1u);
+  const double before = pool.selected()[0].log_odds;
+  pool.slide_selected();
+  ASSERT_EQ(pool.selected().size(), 1u);
+  EXPECT_GE(pool.selected()[0].log_odds, before);
+}
+
+TEST_F(Pool, RefinementThatLosesTheObjectIsUndone) {
+  CandidatePool pool(library_, *scene_, calibrated_acceptance(), 0.3, 1);
+  pool.add({{0, truth_, 1.0f}}, 5, false);
+  ASSERT_EQ(pool.select(true).size(), 1u);
+  const Eigen::Isometry3d chosen =
+      pool.candidates()[pool.selected()[0].candidate].T_camera_model.cast<double>();
+  std::vector<RefinedPose> refined(1);
+  refined[0].T_camera_model = chosen;
+  refined[0].T_camera_model.translation().x() += 0.03;
+  pool.undo_worse(refined);
+  EXPECT_TRUE(refined[0].T_camera_model.isApprox(chosen));
+  // What is as credible stays as it was refined.
+  refined[0].T_camera_model.translation().z() += 0.0002;
+  const Eigen::Isometry3d better = refined[0].T_camera_model;
+  pool.undo_worse(refined);
+  EXPECT_TRUE(refined[0].T_camera_model.matrix() == better.matrix());
+}
+
+}  // namespace
+}  // namespace binpick
