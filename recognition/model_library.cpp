@@ -9,6 +9,7 @@
 
 #include "models/errors.h"
 #include "recognition/parallel_for.h"
+#include "recognition/table_hit_rate.h"
 
 namespace binpick {
 namespace {
@@ -73,6 +74,11 @@ ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSe
   options.kept_fraction = setting == RecognizerSetting::kPaper ? kPaperKeptFraction : 1.0;
   options.drop_coplanar = setting == RecognizerSetting::kDefault;
   options.reduce_symmetry = setting == RecognizerSetting::kDefault;
+  if (setting == RecognizerSetting::kDefault) {
+    parallel_for(static_cast<int>(models_.size()), jobs, [&](int i) {
+      densify_pair_points(models_[static_cast<std::size_t>(i)], options);
+    });
+  }
   pairs_ = PairTable(models_, options, jobs);
   coplanar_pairs_.resize(models_.size());
   parallel_for(static_cast<int>(models_.size()), jobs, [&](int i) {

@@ -120,9 +120,12 @@ std::vector<OrientedPoint> fill_shape(RecognitionModel& model,
   const Eigen::Vector3f sides = fitted_box(dense);
   model.middle_extent = sides[1];
   model.largest_face = sides[0] * sides[1];
-  model.surface = thin_out(dense, model.diameter / kPairPointsPerDiameter);
   std::vector<OrientedPoint> uniform = thin_out(dense, model.diameter / kDensePointsPerDiameter);
-  for (const OrientedPoint& point : uniform) model.cover.push_back(point.p);
+  for (const OrientedPoint& point : uniform) {
+    model.cover.push_back(point.p);
+    model.cover_normals.push_back(point.n);
+  }
+  set_pair_points(model, kPairPointsPerDiameter);
   const std::vector<OrientedPoint> spread = spread_evenly(uniform, kTestPoints);
   for (const OrientedPoint& point : spread) {
     model.test_points.x.push_back(point.p.x());
@@ -273,6 +276,14 @@ RecognitionModel make_recognition_model(const std::string& name, const TriangleM
   model.area = static_cast<float>(surface_area(mesh));
   model.render_mesh = make_render_mesh(mesh, model.diameter);
   return model;
+}
+
+void set_pair_points(RecognitionModel& model, float points_per_diameter) {
+  std::vector<OrientedPoint> cover;
+  for (std::size_t i = 0; i < model.cover.size(); ++i) {
+    cover.push_back({model.cover[i], model.cover_normals[i]});
+  }
+  model.surface = thin_out(cover, model.diameter / points_per_diameter);
 }
 
 RecognitionModel make_recognition_model(const std::string& name, const PointCloud& cloud,

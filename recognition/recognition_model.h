@@ -32,10 +32,11 @@ struct TestPoints {
 /// M, one object as the recognizer needs it, in the model's own frame, metres.
 struct RecognitionModel {
   std::string name;
-  std::vector<Eigen::Isometry3d> symmetries;  ///< identity first
-  std::vector<OrientedPoint> surface;         ///< dense, nearly uniform
-  std::vector<Eigen::Vector3f> cover;         ///< denser, at the spacing of the leaves of S*
-  TestPoints test_points;                     ///< what mu compares with the scene
+  std::vector<Eigen::Isometry3d> symmetries;   ///< identity first
+  std::vector<OrientedPoint> surface;          ///< nearly uniform: what pairs are made of
+  std::vector<Eigen::Vector3f> cover;          ///< denser, at the spacing of the leaves of S*
+  std::vector<Eigen::Vector3f> cover_normals;  ///< of the cover's points
+  TestPoints test_points;                      ///< what mu compares with the scene
   RenderMesh render_mesh;
   std::vector<Eigen::Vector3f> hull;  ///< extreme points, for distances and half-spaces
   Eigen::Vector3f centre = Eigen::Vector3f::Zero();
@@ -44,6 +45,10 @@ struct RecognitionModel {
   float largest_face = 0.0f;   ///< product of its two longest sides, m^2
   float area = 0.0f;           ///< of the whole surface, m^2
 };
+
+/// Replaces `model.surface` by an even subset of its cover, `points_per_diameter` of them along a
+/// line as long as the model's diameter.
+void set_pair_points(RecognitionModel& model, float points_per_diameter);
 
 /// Prepares a closed or open triangle mesh. Without `symmetries` they are found by registering the
 /// surface with itself. @throws InputError when it has no area.

@@ -28,7 +28,7 @@ namespace {
 
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
 constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
-constexpr int kMostRounds = 5;             // of sampling, default setting
+constexpr int kMostRounds = 8;             // of sampling, default setting
 constexpr int kFlatIterations = 32;        // pairs on the unexplained rest, for single faces
 constexpr int kSpatialClusters = 60;       // looked at per round and model
 constexpr int kFlatClusters = 12;
