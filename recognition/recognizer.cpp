@@ -451,7 +451,8 @@ RecognitionResult Recognizer::recognize(const RangeImage& image,
     detection.T_scene_model = T_scene_camera * detection.T_scene_model;
     Eigen::Matrix<double, 6, 6> R = Eigen::Matrix<double, 6, 6>::Zero();
     R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = T_scene_camera.linear();
-    detection.covariance = R * detection.covariance * R.transpose();
+    const Eigen::Matrix<double, 6, 6> turned = R * detection.covariance * R.transpose();
+    detection.covariance = 0.5 * (turned + turned.transpose());  // symmetric to the last bit
   }
   for (ConsideredHypothesis& considered : result.considered) {
     considered.T_scene_model = T_scene_camera * considered.T_scene_model;

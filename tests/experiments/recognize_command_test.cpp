@@ -80,31 +80,36 @@ TEST_F(RecognizeCommand, APictureThatCannotBeWrittenIsAnIoError) {
   EXPECT_EQ(std::count(output.error.begin(), output.error.end(), '\n'), 1) << output.error;
 }
 
+/// A dense scan of a mesh, seen from the origin 0.7 m away.
+PointCloud scan_of(const std::string& mesh) {
+  Eigen::Isometry3d T_scan_object = Eigen::Isometry3d::Identity();
+  T_scan_object.translate(Eigen::Vector3d(0.0, 0.0, 0.7));
+  T_scan_object.rotate(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 0.7, 0.3).normalized()));
+  PointCloud scan;
+  const PointCloud surface = sample_surface(import_mesh(mesh), 60000, 1);
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    const Eigen::Vector3d p = T_scan_object * surface.points[i].cast<double>();
+    const Eigen::Vector3d n = T_scan_object.linear() * surface.normals[i].cast<double>();
+    if (n.dot(p) < 0.0) scan.points.push_back(p.cast<float>());
+  }
+  scan.width = static_cast<int>(scan.points.size());
+  scan.height = 1;
+  return scan;
+}
+
 TEST_F(RecognizeCommand, AWrongUnitIsSaidAndIsNoError) {
-  const Output output =
-      recognize({"--model", rusk_ + ":mm", "--scene", rusk_, "--viewpoint", "0,0,1", "--json"});
+  const std::string scene = folder_ / "scan.ply";
+  write_ply(scene, scan_of(rusk_));
+  const Output output = recognize({"--model", rusk_ + ":mm", "--scene", scene, "--json"});
   EXPECT_EQ(output.exit_code, kExitOk);
   EXPECT_THAT(output.error, HasSubstr("check the units"));
   EXPECT_TRUE(nlohmann::json::parse(output.out).at("detections").empty());
 }
 
 TEST_F(RecognizeCommand, JsonHoldsPoseConfidenceCovarianceAndTimes) {
-  // A dense scan of the box, its front seen from the origin 0.7 m away.
-  Eigen::Isometry3d T_scan_box = Eigen::Isometry3d::Identity();
-  T_scan_box.translate(Eigen::Vector3d(0.0, 0.0, 0.7));
-  T_scan_box.rotate(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 0.7, 0.3).normalized()));
-  PointCloud scan;
-  const PointCloud surface = sample_surface(import_mesh(rusk_), 60000, 1);
-  for (std::size_t i = 0; i < surface.points.size(); ++i) {
-    const Eigen::Vector3d p = T_scan_box * surface.points[i].cast<double>();
-    const Eigen::Vector3d n = T_scan_box.linear() * surface.normals[i].cast<double>();
-    if (n.dot(p) < 0.0) scan.points.push_back(p.cast<float>());
-  }
-  scan.width = static_cast<int>(scan.points.size());
-  scan.height = 1;
   const std::string scene = folder_ / "scan.ply";
   const std::string picture = folder_ / "picture.png";
-  write_ply(scene, scan);
+  write_ply(scene, scan_of(rusk_));
   const Output output =
       recognize({"--model", rusk_ + ":m", "--scene", scene, "--json", "--picture", picture});
   EXPECT_EQ(output.exit_code, kExitOk) << output.error;
