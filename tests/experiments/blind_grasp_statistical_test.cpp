@@ -39,10 +39,12 @@ void expect_rate(const std::string& reaction, double expected) {
       << failures;
 }
 
-// Expected: a little less than `binpick run experiments/table1.yaml` has found (90/90 and 75/90).
+// Expected: a little less than `binpick run experiments/table1.yaml` finds: 90/90 without reaction,
+// and with it 384/540 at --trials 60. (Its ten trials a cell share ten pose errors over all cells:
+// their 75/90 say less than ninety trials would.)
 TEST(BlindGrasp, TheBottleIsHeldInTheEnd) { expect_rate("false", 0.95); }
 
-TEST(BlindGrasp, CollisionsAreAsRareAsTheyWere) { expect_rate("true", 0.80); }
+TEST(BlindGrasp, CollisionsAreAsRareAsTheyWere) { expect_rate("true", 0.70); }
 
 }  // namespace
 }  // namespace binpick

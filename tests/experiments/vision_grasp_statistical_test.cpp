@@ -52,10 +52,10 @@ void expect_rate(const std::string& scenario, double expected) {
       << failures;
 }
 
-// Expected: a little less than `binpick run experiments/table2.yaml` has found (60/60 and 56/60).
+// Expected: a little less than `binpick run experiments/table2.yaml` has found (96/96 and 88/96).
 TEST(VisionGrasp, SingleObjectsReachTheirPlaces) { expect_rate("single", 0.95); }
 
-TEST(VisionGrasp, ObjectsOfAPileReachTheirPlaces) { expect_rate("pile", 0.90); }
+TEST(VisionGrasp, ObjectsOfAPileReachTheirPlaces) { expect_rate("pile", 0.87); }
 
 TEST(VisionGrasp, TheSameSeedsGiveTheSameBitsOnAFreshAndOnAUsedInstance) {
   const auto used = prepared("rusk", "single");
