@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, kTrialOutcomes.size()> kOutcomeNames = {
     "success", "nothing_detected", "wrong_pose", "unreachable", "collision_abort", "failed_grasp",
-    "slipped", "dropped",          "timeout",    "diverged",    "safety_stop", "crashed"};
+    "slipped", "dropped",          "timeout",    "diverged",    "safety_stop",     "crashed"};
 constexpr std::array<std::string_view, kTrialStages.size()> kStageNames = {
     "setup", "overview", "recognize", "select", "approach", "grasp", "carry", "place", "judge"};
 

@@ -43,7 +43,7 @@ inline constexpr std::array kTrialOutcomes = {
     TrialOutcome::kSuccess,     TrialOutcome::kNothingDetected, TrialOutcome::kWrongPose,
     TrialOutcome::kUnreachable, TrialOutcome::kCollisionAbort,  TrialOutcome::kFailedGrasp,
     TrialOutcome::kSlipped,     TrialOutcome::kDropped,         TrialOutcome::kTimeout,
-    TrialOutcome::kDiverged,    TrialOutcome::kSafetyStop, TrialOutcome::kCrashed};
+    TrialOutcome::kDiverged,    TrialOutcome::kSafetyStop,      TrialOutcome::kCrashed};
 inline constexpr std::array kTrialStages = {
     TrialStage::kSetup,  TrialStage::kOverview, TrialStage::kRecognize,
     TrialStage::kSelect, TrialStage::kApproach, TrialStage::kGrasp,

@@ -23,7 +23,8 @@ namespace binpick {
     const std::filesystem::path& scene_file);
 
 /// Runs `body`, which fills `record`. A diverged simulation, a safety stop or a spent time
-/// budget becomes the record's outcome, at the stage that `body` entered last through the context it is given.
+/// budget becomes the record's outcome, at the stage that `body` entered last through the context
+/// it is given.
 void run_in_simulation(const TrialContext& context, TrialRecord& record,
                        const std::function<void(const TrialContext&)>& body);
 

@@ -41,8 +41,8 @@ struct ConsideredHypothesis {
   /// In the frame of the range image that was searched: for a cloud, the one it was projected to.
   Eigen::Isometry3d T_camera_model = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_scene_model = Eigen::Isometry3d::Identity();  ///< as detections' poses
-  HypothesisEvidence evidence;  ///< alone
-  FeatureVector features{};     ///< on which the decision fell, beside what was selected before it
+  HypothesisEvidence evidence;                                      ///< alone
+  FeatureVector features{};  ///< on which the decision fell, beside what was selected before it
   bool is_selected = false;
 };
 
