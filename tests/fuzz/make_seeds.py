@@ -118,8 +118,9 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
         for i, content in enumerate(files):
             (folder / f"seed-{i}").write_bytes(content)
-        words = "".join('"%s"\n' % "".join(c if c.isalnum() or c in " .:_" else "\\x%02x" % ord(c)
-                                           for c in word) for word in DICTIONARIES[name])
+        words = "".join('"%s"\n' % "".join(c if c.isascii() and c.isalnum() or c in " .:_"
+                                           else "\\x%02x" % ord(c) for c in word)
+                        for word in DICTIONARIES[name])
         (corpus / f"{name}.dict").write_text(words)
 
 
