@@ -27,10 +27,6 @@ double median_depth(const RangeImage& image) {
   return static_cast<double>(*middle);
 }
 
-float leaf_size_for(const RangeImage& image, const SceneScale& scale) {
-  return static_cast<float>(std::max(scale.leaf_size, 2.0 * point_spacing(image)));
-}
-
 /// The points of the pixels [begin, end), not a number where nothing was measured.
 void write_points(const RangeImage& image, std::size_t begin, std::size_t end,
                   Eigen::Vector3f* points) {
@@ -99,9 +95,10 @@ double point_spacing(const RangeImage& image) {
 ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, int jobs, Seed seed)
     : octree_(std::vector<Eigen::Vector3f>{}, 1.0f) {
   Stopwatch watch;
-  const float leaf_size = leaf_size_for(image, scale);
+  const double spacing = point_spacing(image);
+  const auto leaf_size = static_cast<float>(std::max(scale.leaf_size, 2.0 * spacing));
   int block = 1;
-  while ((block + 1) * point_spacing(image) * kPixelsPerLeaf <= static_cast<double>(leaf_size)) {
+  while ((block + 1) * spacing * kPixelsPerLeaf <= static_cast<double>(leaf_size)) {
     ++block;
   }
   projection_ = projection_of(image.intrinsics, block);

@@ -13,6 +13,15 @@ namespace binpick {
 /// A stored model pair: F_uv^-1, all that T = F_wx F_uv^-1 (IJRR 2012, eq. (2)) needs of it.
 using PairFrame = Eigen::Matrix<float, 3, 4>;
 
+/// T = F_wx F_uv^-1, the pose that brings a model pair onto a scene pair. IJRR 2012, eq. (2).
+[[nodiscard]] inline Eigen::Isometry3f hypothesis_pose(const Eigen::Isometry3f& F_wx,
+                                                       const PairFrame& F_uv_inverse) {
+  Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+  T.linear().noalias() = F_wx.linear() * F_uv_inverse.leftCols<3>();
+  T.translation().noalias() = F_wx.linear() * F_uv_inverse.col(3) + F_wx.translation();
+  return T;
+}
+
 /// Which pairs enter the table.
 struct PairTableOptions {
   float width = 0.0f;            ///< d, m

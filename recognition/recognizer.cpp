@@ -186,10 +186,8 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
         // 6) generate and test
         const std::span<const PairFrame> model_pairs =
             kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
-        for (const PairFrame& F_uv_inverse : model_pairs) {  // lines 12-13
-          Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
-          T.linear().noalias() = F_wx->linear() * F_uv_inverse.leftCols<3>();  // line 15
-          T.translation().noalias() = F_wx->linear() * F_uv_inverse.col(3) + F_wx->translation();
+        for (const PairFrame& F_uv_inverse : model_pairs) {                  // lines 12-13
+          const Eigen::Isometry3f T = hypothesis_pose(*F_wx, F_uv_inverse);  // line 15
           ++chunk.hypotheses;
           if (auto accepted = mu(static_cast<int>(M), T)) {  // line 16
             chunk.solutions.push_back(*accepted);            // line 17

@@ -81,10 +81,7 @@ double table_hit_rate(const RecognitionModel& model, const PairTableOptions& opt
     ++drawn;
     const auto stored = table.pairs(PairTable::cell(f), 0);
     hits += std::any_of(stored.begin(), stored.end(), [&](const PairFrame& F_uv_inverse) {
-      Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
-      T.linear() = F_wx->linear() * F_uv_inverse.leftCols<3>();
-      T.translation() = F_wx->linear() * F_uv_inverse.col(3) + F_wx->translation();
-      return is_near(T);
+      return is_near(hypothesis_pose(*F_wx, F_uv_inverse));
     });
   }
   return drawn > 0 ? static_cast<double>(hits) / drawn : 0.0;
