@@ -63,6 +63,13 @@ Eigen::Matrix3d upright_rotation(const Eigen::Matrix3d& R_world_object, const Ob
   return Eigen::Quaterniond::FromTwoVectors(nearest, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
+ArmControllerOptions controller_options(const SkillOptions& options) {
+  ArmControllerOptions controller;
+  controller.cartesian.p_tcp_compliance_centre.z() = options.compliance_centre_offset;
+  controller.joints = options.joints;
+  return controller;
+}
+
 /// How far the object's outline reaches beyond the place, m.
 double overflow(const Eigen::Isometry3d& T_world_object, const ObjectModel& object,
                 const Place& place) {
@@ -90,7 +97,9 @@ Eigen::Isometry3d put_down(const Eigen::Matrix3d& R_world_object, double yaw,
 }  // namespace
 
 RobotSkills::RobotSkills(const Parts& parts, const SkillOptions& options)
-    : parts_(parts), options_(options), manipulator_(parts.robot, parts.model) {
+    : parts_(parts),
+      options_(options),
+      manipulator_(parts.robot, parts.model, controller_options(options)) {
   manipulator_.enable_reaction(options_.reaction);
 }
 

@@ -18,7 +18,11 @@ struct SkillOptions {
   /// In force while approaching, grasping and placing: N/m and Nm/rad along and about the tool's
   /// axes; y is the jaws' direction.
   Vector6 stiffness = (Vector6() << 2000, 2000, 2000, 200, 200, 200).finished();
-  double collision_force = 15.0;  ///< N, while moving freely and approaching
+  /// Where that stiffness acts: the compliance centre lies so far beyond the tool centre along the
+  /// approach vector, m; negative towards the flange.
+  double compliance_centre_offset = 0.0;
+  std::optional<ElasticJoints> joints;  ///< ArmControllerOptions::joints
+  double collision_force = 15.0;        ///< N, while moving freely and approaching
   /// N, while lifting and carrying: the load and what it rubs against are not collisions.
   double loaded_collision_force = 40.0;
   bool reaction = true;  ///< whether a collision ends a motion (Fig. 4) or not (Fig. 7)

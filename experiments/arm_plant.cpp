@@ -28,4 +28,6 @@ void ArmPlant::configure(SimulatedRobotOptions& options) const {
 
 void ArmPlant::configure(ArmControllerOptions& options) const { options.joints = joints_; }
 
+void ArmPlant::configure(SkillOptions& options) const { options.joints = joints_; }
+
 }  // namespace binpick

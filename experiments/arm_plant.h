@@ -4,6 +4,7 @@
 #include <string>
 
 #include "control/arm_controller.h"
+#include "control/robot_skills.h"
 #include "models/config_visitor.h"
 #include "sim/simulated_robot.h"
 
@@ -34,6 +35,7 @@ class ArmPlant {
   void configure(SimulatedRobotOptions& options) const;
   /// Enters what the controller knows of the joints.
   void configure(ArmControllerOptions& options) const;
+  void configure(SkillOptions& options) const;
 
  private:
   std::optional<DriveDescription> drives_;

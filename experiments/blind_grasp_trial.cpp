@@ -51,6 +51,7 @@ void BlindGraspTrial::Parameters::visit(ConfigVisitor& visitor) {
     group.number("rotation_y", p.stiffness_ry, rotation);
     group.number("rotation_z", p.stiffness_rz, rotation);
   });
+  visitor.number("compliance_centre_offset", p.compliance_centre_offset, {.min = -0.3, .max = 0.1});
   visitor.boolean("reaction", p.reaction);
   visitor.number("collision_force", p.collision_force, {.min = 1.0, .max = 500.0});
   visitor.number("approach_speed", p.approach_speed, {.min = 0.01, .max = 1.0});
@@ -61,6 +62,7 @@ void BlindGraspTrial::Parameters::visit(ConfigVisitor& visitor) {
   visitor.number("torque_offset", p.torque_offset, {.min = 0.0, .max = 10.0});
   visitor.choice("physics", p.physics, {"drawn", "centre"});
   visitor.group("fixed", [&](ConfigVisitor& inner) { p.fixed.visit(inner); });
+  visitor.group("plant", [&](ConfigVisitor& inner) { p.plant.visit(inner); });
 }
 
 std::vector<std::filesystem::path> BlindGraspTrial::input_files(
@@ -133,6 +135,7 @@ SkillOptions BlindGraspTrial::skill_options(const TrialContext& context) const {
   SkillOptions options;
   options.stiffness << p.stiffness_x, p.stiffness_y, p.stiffness_z, p.stiffness_rx, p.stiffness_ry,
       p.stiffness_rz;
+  options.compliance_centre_offset = p.compliance_centre_offset;
   options.reaction = p.reaction;
   options.collision_force = p.collision_force;
   options.approach_speed = p.approach_speed;
@@ -153,7 +156,8 @@ TrialRecord BlindGraspTrial::run(const TrialContext& context) {
 
 void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) const {
   context.enter(TrialStage::kSetup);
-  World world(world_, physics(context));
+  const ArmPlant plant(parameters_.plant);
+  World world(world_, physics(context), plant.drives());
   const GraspPlan plan = nominal_plan(world);
   world.set_arm_position(plan.q_pregrasp, plan.grasp->pre_opening);
 
@@ -166,12 +170,15 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
 
   TrialRecorder recorder(context, world);
   SimulatedRobotOptions options;
-  options.sensor_noise.torque_offset = parameters_.torque_offset;
+  plant.configure(options);
+  options.sensor_noise.torque_offset += parameters_.torque_offset;
   options.time_budget = kTimeBudget;
   options.seed = context.seeds.shared("sensors");
   options.on_step = recorder.callback();
   SimulatedRobot robot(world, nullptr, std::move(options));
-  RobotSkills skills = knowledge_->make_skills(robot, nullptr, skill_options(context));
+  SkillOptions skill_settings = skill_options(context);
+  plant.configure(skill_settings);
+  RobotSkills skills = knowledge_->make_skills(robot, nullptr, skill_settings);
 
   context.enter(TrialStage::kApproach);
   const SkillResult grasp = skills.execute_grasp(plan);

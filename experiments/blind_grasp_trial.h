@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "experiments/arm_plant.h"
 #include "experiments/robot_knowledge.h"
 #include "experiments/trial_kind.h"
 #include "scenes/scene.h"
@@ -46,6 +47,7 @@ class BlindGraspTrial final : public TrialKind {
     double stiffness_rx = 200.0;  ///< Nm/rad, about them
     double stiffness_ry = 200.0;
     double stiffness_rz = 200.0;
+    double compliance_centre_offset = 0.0;  ///< SkillOptions, m
     bool reaction = true;
     double collision_force = 15.0;       ///< N
     double approach_speed = 0.1;         ///< m/s
@@ -56,6 +58,7 @@ class BlindGraspTrial final : public TrialKind {
     double torque_offset = 0.0;          ///< of the joint torque sensors, uniform in +- this, Nm
     std::string physics = "drawn";       ///< masses and frictions: drawn per trial, or centre
     FixedPhysics fixed;
+    ArmPlantParameters plant;
 
     void visit(ConfigVisitor& visitor);
   };

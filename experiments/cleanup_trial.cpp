@@ -93,7 +93,8 @@ TrialRecord CleanupTrial::run(const TrialContext& context) {
 void CleanupTrial::clean_up(const TrialContext& context, TrialRecord& record,
                             VisionLoopResult& result) const {
   context.enter(TrialStage::kSetup);
-  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
+  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context),
+              loop_.plant.drives());
   const PileReport pile = drop_pile(world, context.seeds.shared("pile"));
   record.measures["pile_attempts"] = pile.attempts;
   if (!pile.settled) {

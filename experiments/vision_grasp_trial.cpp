@@ -108,7 +108,8 @@ TrialRecord VisionGraspTrial::run(const TrialContext& context) {
 
 void VisionGraspTrial::attempt(const TrialContext& context, TrialRecord& record) const {
   context.enter(TrialStage::kSetup);
-  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context));
+  World world(cell_->world, physics_of_trial(cell_->world->parts.objects, loop_.physics, context),
+              loop_.plant.drives());
   if (scenario_ == "pile") {
     if (!drop_pile(world, context.seeds.shared("pile")).settled) {
       return fail(record, TrialOutcome::kTimeout, TrialStage::kSetup,

@@ -81,6 +81,7 @@ void VisionLoopParameters::visit(ConfigVisitor& visitor) {
   visitor.number("grip_force", grip_force, {.min = 1.0, .max = 80.0});
   visitor.choice("physics", physics, {"drawn", "centre"});
   visitor.number("time_budget_s", time_budget, {.min = 1.0, .max = 36000.0});
+  visitor.group("plant", [&](ConfigVisitor& group) { plant.visit(group); });
 }
 
 SkillOptions VisionLoopParameters::skill_options() const {
@@ -119,9 +120,13 @@ void run_vision_loop(const VisionCell& cell, World& world, const VisionLoopParam
   options.time_budget = parameters.time_budget;
   options.seed = context.seeds.shared("sensors");
   options.on_step = recorder.callback();
+  const ArmPlant plant(parameters.plant);
+  plant.configure(options);
   SimulatedRobot robot(world, cell.camera.get(), std::move(options));
   RecognizerPerception perception(cell.recognizer, context.seeds.shared("recognition"));
-  RobotSkills skills = cell.knowledge->make_skills(robot, &perception, parameters.skill_options());
+  SkillOptions skill_settings = parameters.skill_options();
+  plant.configure(skill_settings);
+  RobotSkills skills = cell.knowledge->make_skills(robot, &perception, skill_settings);
   ObservedSkills observed(skills, referee, result.attempts);
   ManipulationAutomaton automaton(observed, cell.knowledge->selector(), cell.knowledge->layout(),
                                   cell.knowledge->objects(), automaton_options);

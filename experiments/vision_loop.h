@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "control/manipulation_automaton.h"
+#include "experiments/arm_plant.h"
 #include "experiments/recognizer_perception.h"
 #include "experiments/referee.h"
 #include "experiments/robot_knowledge.h"
@@ -28,6 +29,7 @@ struct VisionLoopParameters {
   double grip_force = 40.0;       ///< N
   std::string physics = "drawn";  ///< masses and frictions: drawn per trial, or centre
   double time_budget = 900.0;     ///< simulated, s
+  ArmPlantParameters plant;
 
   void visit(ConfigVisitor& visitor);
   [[nodiscard]] SkillOptions skill_options() const;
@@ -61,8 +63,8 @@ struct VisionLoopResult {
 };
 
 /// Closes the loop in a world that is ready: simulated robot, perception, skills and automaton,
-/// with the referee's notes beside them. Lets the simulation's errors pass; `result` holds what
-/// happened until then.
+/// with the referee's notes beside them. The world's arm is that of `parameters`. Lets the
+/// simulation's errors pass; `result` holds what happened until then.
 void run_vision_loop(const VisionCell& cell, World& world, const VisionLoopParameters& parameters,
                      const AutomatonOptions& automaton, const TrialContext& context,
                      VisionLoopResult& result);
