@@ -35,6 +35,16 @@ void RecognitionConditions::visit(ConfigVisitor& visitor) {
   }
 }
 
+RecognitionConditions RecognitionConditions::of_scan() const {
+  const RecognitionConditions defaults;
+  RecognitionConditions result = *this;
+  result.models = defaults.models;
+  result.model_scale = defaults.model_scale;
+  result.visibility = defaults.visibility;
+  result.jobs = defaults.jobs;
+  return result;
+}
+
 std::vector<std::string> RecognitionConditions::searched_models() const {
   std::vector<std::string> result;
   for (const std::string& name : models.empty() ? objects : models) {

@@ -40,6 +40,9 @@ struct RecognitionConditions {
   std::int64_t jobs = 1;     ///< threads
 
   void visit(ConfigVisitor& visitor);
+  /// What is scanned and how, without the recognizer's part: what decides the sensor's data.
+  [[nodiscard]] RecognitionConditions of_scan() const;
+  [[nodiscard]] bool operator==(const RecognitionConditions&) const = default;
   /// The models that are searched, each once.
   [[nodiscard]] std::vector<std::string> searched_models() const;
 };

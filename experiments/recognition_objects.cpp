@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -127,9 +128,7 @@ ObjectModel passive_object(const std::string& name, TriangleMesh mesh,
   return object;
 }
 
-}  // namespace
-
-ObjectModel recognition_object(const std::string& name) {
+ObjectModel load_object(const std::string& name) {
   if (name == "can") return passive_object(name, can_mesh(), {can_mesh()});
   if (name == "carton") {
     const TriangleMesh box = box_mesh({0.070, 0.070, 0.195}, Eigen::Vector3d::Zero());
@@ -145,6 +144,17 @@ ObjectModel recognition_object(const std::string& name) {
       fmt::format("'{}' is no object: name a folder of models/objects, a mesh of "
                   "models/toys, 'can' or 'carton'",
                   name));
+}
+
+}  // namespace
+
+const ObjectModel& recognition_object(const std::string& name) {
+  static std::mutex mutex;
+  static std::map<std::string, ObjectModel> objects;
+  const std::scoped_lock lock(mutex);
+  const auto found = objects.find(name);
+  return found != objects.end() ? found->second
+                                : objects.emplace(name, load_object(name)).first->second;
 }
 
 std::vector<fs::path> toy_files() {

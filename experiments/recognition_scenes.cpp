@@ -100,10 +100,8 @@ RecognitionScenes::Studio& RecognitionScenes::studio(const RecognitionConditions
     parts.scene = scene_of(conditions);
     parts.arm = load_lwr();
     parts.gripper = load_gripper();
-    std::map<std::string, ObjectModel> known;
     for (const std::string& name : conditions.objects) {
-      if (!known.contains(name)) known.emplace(name, recognition_object(name));
-      parts.objects.push_back(known.at(name));
+      parts.objects.push_back(recognition_object(name));
     }
     studio.shared = make_world_template(std::move(parts));
     studio.world =

@@ -188,22 +188,25 @@ std::vector<std::filesystem::path> RecognitionTrial::input_files(
   return files;
 }
 
-std::shared_ptr<const ModelLibrary> RecognitionTrial::library() {
+const RecognitionTrial::Searched& RecognitionTrial::searched() {
   const RecognitionConditions& now = conditions();
   const std::vector<std::string> names = now.searched_models();
-  std::shared_ptr<const ModelLibrary>& library =
-      libraries_[fmt::format("{} {} {}", fmt::join(names, " "), now.model_scale, setting_)];
-  if (library) return library;
+  Searched& searched =
+      searched_[fmt::format("{} {} {}", fmt::join(names, " "), now.model_scale, setting_)];
+  if (searched.library) return searched;
   std::vector<ModelSource> sources;
+  std::vector<ObjectModel> objects;
   for (const std::string& name : names) {
-    ObjectModel object = recognition_object(name);
-    for (Eigen::Vector3d& vertex : object.mesh.vertices) vertex *= now.model_scale;
-    sources.push_back({name, std::move(object.mesh), std::move(object.symmetries)});
+    objects.push_back(recognition_object(name));
+    TriangleMesh mesh = objects.back().mesh;
+    for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= now.model_scale;
+    sources.push_back({name, std::move(mesh), objects.back().symmetries});
   }
   const bool paper = setting_ == "paper";
-  library = std::make_shared<const ModelLibrary>(
+  searched.library = std::make_shared<const ModelLibrary>(
       sources, paper ? RecognizerSetting::kPaper : RecognizerSetting::kDefault);
-  return library;
+  searched.judge = std::make_shared<const RecognitionJudge>(objects);
+  return searched;
 }
 
 void RecognitionTrial::prepare(const std::filesystem::path& config_directory) {
@@ -215,10 +218,22 @@ void RecognitionTrial::prepare(const std::filesystem::path& config_directory) {
   options.setting = setting_ == "paper" ? RecognizerSetting::kPaper : RecognizerSetting::kDefault;
   options.visibility = now.visibility;
   options.jobs = static_cast<int>(now.jobs);
-  recognizer_ = std::make_shared<const Recognizer>(library(), options);
-  std::vector<ObjectModel> objects;
-  for (const std::string& name : now.searched_models()) objects.push_back(recognition_object(name));
-  judge_ = std::make_unique<const RecognitionJudge>(objects);
+  recognizer_ = std::make_shared<const Recognizer>(searched().library, options);
+  judge_ = searched().judge;
+}
+
+const RecognitionTrial::Observation& RecognitionTrial::observe(Seed pile, Seed sensor) {
+  const RecognitionConditions now = conditions().of_scan();
+  if (last_ && last_->conditions == now && last_->pile == pile && last_->sensor == sensor) {
+    return *last_;
+  }
+  last_.reset();
+  Observation seen{now, pile, sensor, scenes_in_use_->view(now, pile), {}, {}, 0.0, {}};
+  seen.owners = scenes_in_use_->segmentation();
+  seen.pixels = object_pixels(seen.owners, seen.view.objects.size());
+  seen.diagonal = box_diagonal(seen.view.image, seen.pixels);
+  seen.scan = measure(seen.view.image, now, seen.diagonal, sensor);
+  return last_.emplace(std::move(seen));
 }
 
 RecognitionResult RecognitionTrial::recognize(const Scan& scan, Seed seed) const {
@@ -237,19 +252,14 @@ TrialRecord RecognitionTrial::run(const TrialContext& context) {
   const bool fixed = now.scene_seed > 0;
   const Seed pile =
       fixed ? derive_seed(static_cast<Seed>(now.scene_seed), "pile") : context.seeds.shared("pile");
-  const CleanView view = scenes_in_use_->view(now, pile);
-  context.enter(TrialStage::kOverview);
-  const SegmentationImage owners = scenes_in_use_->segmentation();
-  const auto pixels = object_pixels(owners, view.objects.size());
-  const double diagonal = box_diagonal(view.image, pixels);
-  const Seed sensor = context.seeds.shared("sensor");
-  const Scan scan = measure(view.image, now, diagonal, sensor);
-  if (context.trace) write_pictures(*context.trace, view, scan, owners);
+  const Observation& seen = observe(pile, context.seeds.shared("sensor"));
+  const CleanView& view = seen.view;
+  if (context.trace) write_pictures(*context.trace, view, seen.scan, seen.owners);
 
   context.enter(TrialStage::kRecognize);
   const auto started = std::chrono::steady_clock::now();
   const double cpu_started = cpu_seconds();
-  const RecognitionResult found = recognize(scan, context.seeds.shared("recognizer"));
+  const RecognitionResult found = recognize(seen.scan, context.seeds.shared("recognizer"));
   const double cpu = cpu_seconds() - cpu_started;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - started;
 
@@ -257,7 +267,7 @@ TrialRecord RecognitionTrial::run(const TrialContext& context) {
   const RecognitionJudgement judgement = judge_->judge(found.detections, view.objects);
   add_counts(view, judgement, now.searched_models(), record);
   record.measures["pairs"] = found.counters.pairs;
-  record.measures["scene_points"] = static_cast<double>(point_count(scan));
+  record.measures["scene_points"] = static_cast<double>(point_count(seen.scan));
   if (view.target >= 0) {
     record.measures["target_occlusion"] = view.objects[std::size_t(view.target)].occlusion;
   }
@@ -268,11 +278,11 @@ TrialRecord RecognitionTrial::run(const TrialContext& context) {
           nearest_equivalent(found.detections[match.detection].T_scene_model,
                              judge_->symmetries(object.model), object.T_camera_model);
       record.measures[fmt::format("rms_share.{}", match.object)] =
-          rms_of(view.image, pixels[match.object], now.gaussian * diagonal, sensor,
+          rms_of(view.image, seen.pixels[match.object], now.gaussian * seen.diagonal, seen.sensor,
                  object.T_camera_model, T) /
-          diagonal;
+          seen.diagonal;
       record.measures[fmt::format("position_share.{}", match.object)] =
-          match.error.translation / diagonal;
+          match.error.translation / seen.diagonal;
     }
   }
   if (timed_) {

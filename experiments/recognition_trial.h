@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,8 +47,27 @@ class RecognitionTrial final : public TrialKind {
     RecognitionConditions conditions;
   };
 
+  /// What is searched: the recognizer's models and the truth about them.
+  struct Searched {
+    std::shared_ptr<const ModelLibrary> library;
+    std::shared_ptr<const RecognitionJudge> judge;
+  };
+  /// A pile and what the sensor measured of it. Cells that differ in the recognizer alone look at
+  /// the same data: the last ones are kept. The result does not depend on that.
+  struct Observation {
+    RecognitionConditions conditions;
+    Seed pile = 0;
+    Seed sensor = 0;
+    CleanView view;
+    SegmentationImage owners;
+    std::vector<std::vector<std::size_t>> pixels;  ///< by object
+    double diagonal = 0.0;                         ///< of the objects' box, m
+    Scan scan;
+  };
+
   [[nodiscard]] const RecognitionConditions& conditions() const;
-  [[nodiscard]] std::shared_ptr<const ModelLibrary> library();
+  [[nodiscard]] const Searched& searched();
+  [[nodiscard]] const Observation& observe(Seed pile, Seed sensor);
   [[nodiscard]] RecognitionResult recognize(const Scan& scan, Seed seed) const;
 
   std::string scene_;
@@ -59,10 +79,11 @@ class RecognitionTrial final : public TrialKind {
   std::string variant_;
 
   std::map<std::filesystem::path, std::unique_ptr<RecognitionScenes>> scenes_;
-  std::map<std::string, std::shared_ptr<const ModelLibrary>> libraries_;
+  std::map<std::string, Searched> searched_;
   RecognitionScenes* scenes_in_use_ = nullptr;
   std::shared_ptr<const Recognizer> recognizer_;
-  std::unique_ptr<const RecognitionJudge> judge_;
+  std::shared_ptr<const RecognitionJudge> judge_;
+  std::optional<Observation> last_;
 };
 
 }  // namespace binpick

@@ -32,7 +32,9 @@ Runner::Runner(const Experiment& experiment, std::vector<Job> jobs, RunnerOption
       jobs_(std::move(jobs)),
       options_(std::move(options)),
       events_(std::move(events)),
-      unfinished_(jobs_.size()) {}
+      unfinished_(jobs_.size()) {
+  group_jobs();
+}
 
 std::optional<int> Runner::run() {
   last_turn_ = Clock::now();
@@ -57,7 +59,7 @@ std::optional<int> Runner::run() {
 bool Runner::has_work() {
   if (unfinished_ > 0 || !events_.more_jobs) return unfinished_ > 0;
   jobs_ = events_.more_jobs();
-  next_job_ = 0;
+  group_jobs();
   unfinished_ = jobs_.size();
   return unfinished_ > 0;
 }
@@ -73,9 +75,8 @@ void Runner::fill_slots() {
 
 void Runner::start_worker() {
   auto slot = std::make_unique<Slot>();
-  const std::size_t first = std::min(next_job_, jobs_.size() - 1);
   slot->process.send({WorkerOrder::Type::kSetup, experiment_.effective_yaml(),
-                      experiment_.directory().string(), "", jobs_[first].cell, 0});
+                      experiment_.directory().string(), "", jobs_.front().cell, 0});
   slots_.push_back(std::move(slot));
 }
 
@@ -162,18 +163,44 @@ void Runner::accept_inputs() {
   if (events_.inputs_accepted) events_.inputs_accepted();
 }
 
-std::optional<Runner::PendingJob> Runner::take_job() {
+void Runner::group_jobs() {
+  std::stable_sort(jobs_.begin(), jobs_.end(),
+                   [](const Job& a, const Job& b) { return a.trial < b.trial; });
+  groups_.clear();
+  for (std::size_t i = 0; i < jobs_.size(); ++i) {
+    if (i == 0 || jobs_[i].trial != jobs_[i - 1].trial) groups_.push_back({i, i});
+    groups_.back().end = i + 1;
+  }
+  for (const auto& slot : slots_) slot->group.reset();
+}
+
+std::optional<Runner::PendingJob> Runner::take_job(Slot& slot) {
   if (!repeats_.empty()) {
     const PendingJob job = repeats_.back();
     repeats_.pop_back();
     return job;
   }
-  if (next_job_ == jobs_.size()) return std::nullopt;
-  return PendingJob{jobs_[next_job_++], 0};
+  if (!slot.group || groups_[*slot.group].left() == 0) slot.group = next_group();
+  Group& group = groups_[*slot.group];
+  if (group.left() == 0) return std::nullopt;
+  group.begun = true;
+  return PendingJob{jobs_[group.next++], 0};
+}
+
+/// The first that nobody has begun, else the one with the most left to help with.
+std::size_t Runner::next_group() const {
+  const auto fresh =
+      std::find_if(groups_.begin(), groups_.end(), [](const Group& group) { return !group.begun; });
+  const auto chosen =
+      fresh != groups_.end()
+          ? fresh
+          : std::max_element(groups_.begin(), groups_.end(),
+                             [](const Group& a, const Group& b) { return a.left() < b.left(); });
+  return static_cast<std::size_t>(chosen - groups_.begin());
 }
 
 void Runner::give_work(Slot& slot) {
-  const auto work = take_job();
+  const auto work = take_job(slot);
   slot.state = work ? State::kRunning : State::kIdle;
   if (!work) return;
   slot.work = *work;

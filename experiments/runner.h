@@ -33,7 +33,8 @@ struct RunnerOptions {
 };
 
 /// Runs jobs in worker processes, each on one job at a time. Records depend on the job alone, so
-/// neither the number of workers nor their order matters.
+/// neither the number of workers nor their order matters. A worker takes the cells of one trial
+/// number in turn as long as it can: they often share a pile or a scan, which it keeps.
 ///
 /// A worker that dies during a trial is replaced and the trial tried again: a trial that kills its
 /// process does so again and is booked as kCrashed, whereas a worker killed from outside (by a
@@ -65,6 +66,7 @@ class Runner {
     State state = State::kLoading;
     bool log_open = true;
     PendingJob work;
+    std::optional<std::size_t> group;  ///< that its work comes from
     TrialStage stage = TrialStage::kSetup;
     Clock::time_point started = Clock::now();
     double processor_time = 0.0;  ///< of the worker when the trial began, s
@@ -90,16 +92,26 @@ class Runner {
   void finish(const Job& job, TrialRecord record, Clock::time_point started);
   /// Wall-clock time for what the worker is doing.
   [[nodiscard]] Clock::duration patience_with(const Slot& slot) const;
-  [[nodiscard]] std::optional<PendingJob> take_job();
+  [[nodiscard]] std::optional<PendingJob> take_job(Slot& slot);
+  void group_jobs();
+  [[nodiscard]] std::size_t next_group() const;
+
+  /// Jobs of one trial number, by their place in `jobs_`.
+  struct Group {
+    std::size_t next = 0;
+    std::size_t end = 0;
+    bool begun = false;
+    [[nodiscard]] std::size_t left() const { return end - next; }
+  };
 
   const Experiment& experiment_;
-  std::vector<Job> jobs_;
+  std::vector<Job> jobs_;  ///< by trial number
+  std::vector<Group> groups_;
   RunnerOptions options_;
   RunEvents events_;
   StopSignals stop_;
   std::vector<std::unique_ptr<Slot>> slots_;
   std::vector<PendingJob> repeats_;
-  std::size_t next_job_ = 0;
   std::size_t unfinished_;
   bool inputs_accepted_ = false;
   Clock::time_point last_turn_ = Clock::now();

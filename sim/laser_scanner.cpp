@@ -97,6 +97,7 @@ class Scan {
   }
 
   void add_noise() {
+    if (options_.axial_noise <= 0.0) return;
     for (std::size_t i = 0; i < z_.size(); ++i) {
       if (z_[i] <= 0.0f) continue;
       const double sigma = options_.axial_noise * double{z_[i]} * double{z_[i]};
