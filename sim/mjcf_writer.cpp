@@ -68,10 +68,15 @@ class WorldWriter {
 
  private:
   // Elliptic cones with impratio 10 and noslip keep a held kilogram from creeping: 0.01 mm in 10 s.
+  // Constraints of several objects hardly couple: sparse Jacobians make a step of a settled pile of
+  // seven 1.5 times as fast (step_settled_pile_of_seven), but that of a single object 1.4 times as
+  // slow.
   [[nodiscard]] std::string options() const {
     const std::size_t objects = parts_.objects.size();
+    const std::string_view jacobian = objects > 2 ? "sparse" : "dense";
     return fmt::format(
-        "<option timestep=\"0.001\" solver=\"Newton\" cone=\"elliptic\" impratio=\"10\" "
+        "<option timestep=\"0.001\" solver=\"Newton\" jacobian=\"{}\" cone=\"elliptic\" "
+        "impratio=\"10\" "
         "noslip_iterations=\"5\" collision=\"predefined\"><flag multiccd=\"enable\"/></option>\n"
         "<size nconmax=\"{}\" njmax=\"{}\"/>\n"
         "<statistic extent=\"1\" center=\"0.4 0 0.2\"/>\n"
@@ -80,7 +85,7 @@ class WorldWriter {
         "<quality shadowsize=\"4096\" offsamples=\"0\"/>"
         "<headlight ambient=\"0.36 0.36 0.38\" diffuse=\"0.22 0.22 0.22\" specular=\"0 0 0\"/>"
         "</visual>\n",
-        80 + 60 * objects, 300 + 160 * objects);
+        jacobian, 80 + 60 * objects, 300 + 160 * objects);
   }
 
   // The mesh is stored under `name`; returns `name`.
