@@ -53,8 +53,30 @@ pre{background:var(--panel);padding:1rem;overflow-x:auto;border-radius:.4rem}
 details{margin:.4rem 0}summary{cursor:pointer}
 td code{background:var(--panel);padding:.1rem .35rem;border-radius:.25rem;user-select:all}
 ul{padding-left:1.2rem}
+a{color:var(--ours)}
+h3{font-size:1rem;margin:1.6rem 0 .4rem}
+article{break-inside:avoid}article p{margin:.3rem 0}
+article code{background:var(--panel);padding:.1rem .35rem;border-radius:.25rem;user-select:all;
+overflow-wrap:anywhere}
+.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(14rem,1fr));gap:.6rem}
+figure{margin:0}figure img{display:block;width:100%;border-radius:.3rem}
+figcaption{font-size:.8rem;color:var(--soft)}
+#replay canvas{display:block;width:100%;aspect-ratio:16/9;border-radius:.4rem}
+#replay .controls{display:flex;flex-wrap:wrap;align-items:center;gap:.6rem;margin:.6rem 0}
+#replay input[type=range]{flex:1 1 12rem;min-width:8rem}
+#replay button,#replay select{font:inherit;padding:.25rem .7rem;max-width:100%}
+#replay button{min-width:5rem}
+#replay output{font-variant-numeric:tabular-nums}
+#replay svg{display:block;width:100%;height:70px;background:var(--panel);cursor:pointer}
+#replay svg *{vector-effect:non-scaling-stroke}
+#replay .force{fill:none;stroke:var(--bad)}
+#replay .tick{stroke:var(--soft)}#replay .cursor{stroke:var(--ink)}
+#replay .note{min-height:1.5em;margin:.3rem 0;color:var(--soft)}
 @media print{body{max-width:none;padding:0}details{break-inside:avoid}h2{break-after:avoid}}
 )";
+
+// Of pictures and replays in a page that is to be sent by mail and opened on a phone.
+constexpr std::size_t kMostTraceBytes = 18'000'000;
 
 /// How strongly a share of trials colours its field.
 std::string heat(std::int64_t count, std::int64_t total) {
@@ -70,12 +92,14 @@ std::string counts(const Proportion& proportion) {
 
 class ReportPage {
  public:
-  ReportPage(const Experiment& experiment, const RunResults& results, const std::string& folder)
+  ReportPage(const Experiment& experiment, const RunResults& results, const std::string& folder,
+             const TraceSection& shown)
       : experiment_(experiment),
         results_(results),
         trials_(trials_of(experiment, results.trials)),
         summary_(summarize(experiment, results.trials)),
-        folder_(folder) {}
+        folder_(folder),
+        shown_(shown) {}
 
   std::string html() {
     add_head();
@@ -86,6 +110,7 @@ class ReportPage {
     add_outcomes();
     add_measures();
     add_failures();
+    html_ += shown_.html;
     add_origin();
     return html_ + "</body>\n</html>\n";
   }
@@ -135,9 +160,12 @@ class ReportPage {
     html_ += "</tr>\n";
   }
 
-  void add_cell(const CellSummary& cell) {
+  void add_cell(const CellSummary& cell, std::size_t index) {
     const bool any = cell.ours.trials > 0;
-    html_ += td(counts(cell.ours));
+    html_ += cell.ours.successes == cell.ours.trials
+                 ? td(counts(cell.ours))
+                 : fmt::format("<td><a href=\"#cell-{}\" title=\"failed trials\">{}</a></td>",
+                               index, counts(cell.ours));
     html_ += td(any ? fmt::format("{:.1f}", 100.0 * cell.ours.rate()) : "");
     html_ += td(any ? interval_text(cell.interval) : "");
     html_ += "<td class=\"text\">" + rate_bar_svg(cell) + "</td>";
@@ -158,7 +186,7 @@ class ReportPage {
         if (i != axis) html_ += td(experiment_.config().axes[i].label(first.values[i]));
       }
       for (const ColumnSummary& column : summary_.columns) {
-        add_cell(summary_.cells[column.cells[row]]);
+        add_cell(summary_.cells[column.cells[row]], column.cells[row]);
       }
       if (const auto& paper = summary_.cells[first.index].paper) {
         html_ += td(counts(*paper)) + td(fmt::format("{:.0f}", 100.0 * paper->rate()));
@@ -241,9 +269,10 @@ class ReportPage {
     for (const Cell& cell : experiment_.cells()) {
       const Proportion& ours = summary_.cells[cell.index].ours;
       if (ours.successes == ours.trials) continue;
-      html_ +=
-          fmt::format("<details><summary>{}: {} of {}</summary>\n<div class=\"wide\"><table>\n",
-                      html_escape(cell.key), ours.trials - ours.successes, ours.trials);
+      html_ += fmt::format(
+          "<details><summary>{}: {} of {}</summary>\n<div class=\"wide\" "
+          "id=\"cell-{}\"><table>\n",
+          html_escape(cell.key), ours.trials - ours.successes, ours.trials, cell.index);
       html_ += "<tr>" + th("trial") + th("outcome", true) + th("stage", true) + th("note", true) +
                th("reproduce", true) + "</tr>\n";
       const auto last = trials_.lower_bound({cell.key, experiment_.config().trials});
@@ -256,10 +285,15 @@ class ReportPage {
 
   void add_failure(const TrialKey& key, const TrialRecord& record) {
     if (record.outcome == TrialOutcome::kSuccess) return;
+    const auto anchor = shown_.anchors.find(key);
+    const std::string number =
+        anchor == shown_.anchors.end()
+            ? fmt::format("{}", key.trial)
+            : fmt::format("<a href=\"#{}\">{}</a>", anchor->second, key.trial);
     html_ += fmt::format(
         "<tr><td>{}</td><td class=\"text\">{}</td><td class=\"text\">{}</td>"
         "<td class=\"note\">{}</td><td class=\"text\"><code>{}</code></td></tr>\n",
-        key.trial, to_text(record.outcome), to_text(record.stage), html_escape(record.note),
+        number, to_text(record.outcome), to_text(record.stage), html_escape(record.note),
         html_escape(reproduce_line(folder_, key)));
   }
 
@@ -295,14 +329,15 @@ class ReportPage {
   TrialTable trials_;
   ResultSummary summary_;
   std::string folder_;
+  const TraceSection& shown_;
   std::string html_;
 };
 
 }  // namespace
 
 std::string report_html(const Experiment& experiment, const RunResults& results,
-                        const std::string& folder) {
-  return ReportPage(experiment, results, folder).html();
+                        const std::string& folder, const TraceSection& shown) {
+  return ReportPage(experiment, results, folder, shown).html();
 }
 
 std::filesystem::path write_report(const ResultFolder& folder, const Experiment& experiment,
@@ -310,7 +345,10 @@ std::filesystem::path write_report(const ResultFolder& folder, const Experiment&
   const std::filesystem::path page = folder.path() / "report.html";
   write_file(folder.path() / "trials.csv", results_to_csv(experiment, results));
   write_file(folder.path() / "trials.json", results_to_json(experiment, results));
-  write_file(page, report_html(experiment, results, folder.path().string()));
+  const TraceSection shown =
+      trace_section(folder.path(), results, find_traces(folder.path(), results), replay_script(),
+                    kMostTraceBytes);
+  write_file(page, report_html(experiment, results, folder.path().string(), shown));
   return page;
 }
 

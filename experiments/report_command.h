@@ -6,7 +6,8 @@
 
 namespace binpick {
 
-/// `binpick report DIR`: prints the table of a results folder and writes report and exports anew.
+/// `binpick report DIR`: writes report and exports of a results folder anew, with pictures and
+/// replays of single trials, which are run again for it.
 void add_report_command(CLI::App& app, const TrialKindRegistry& registry, int& exit_code);
 
 }  // namespace binpick

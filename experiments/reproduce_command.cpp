@@ -7,6 +7,7 @@
 
 #include "experiments/exit_codes.h"
 #include "experiments/present_results.h"
+#include "experiments/report_traces.h"
 #include "experiments/run_trial.h"
 #include "models/errors.h"
 
@@ -73,6 +74,7 @@ int reproduce_from_results(const ReproduceArguments& arguments, const TrialKindR
                stored->second.record.note);
   }
   const TrialRecord again = run_again(experiment, arguments);
+  if (arguments.trace) sign_trace(*absolute(arguments.trace), results.manifest, again);
   const bool same = identical(again, stored->second.record);
   fmt::print("{}\n", to_json(again));
   if (!same) fmt::print("{}\n", to_json(stored->second.record));

@@ -10,13 +10,15 @@
 
 namespace binpick {
 
-/// Writes what a trial's context asks for: a trace of the arm (trace.csv, one row per 10 ms) and
-/// the automaton's transitions (events.csv), and a film. Only looks, so that recording changes
-/// nothing.
+/// Writes what a trial's context asks for: a film with the depth camera's view inset, and a folder
+/// with a trace of the arm (trace.csv, one row per 10 ms), the automaton's transitions
+/// (events.csv), pictures of the start, of every grasp and of the end (PNG, numbered), and the
+/// replay (replay.json, see TrialReplay). Only looks, so that recording changes nothing.
 class TrialRecorder {
  public:
   /// @throws IoError when the trace or the film cannot be written.
   TrialRecorder(const TrialContext& context, World& world);
+  /// Takes the last picture and writes the replay; says on stderr what cannot be written.
   ~TrialRecorder();
   TrialRecorder(const TrialRecorder&) = delete;
   TrialRecorder& operator=(const TrialRecorder&) = delete;
@@ -27,6 +29,7 @@ class TrialRecorder {
 
  private:
   struct Film;
+  struct Album;
 
   void record(World& world);
   void write_trace_row(World& world);
@@ -34,6 +37,7 @@ class TrialRecorder {
   World& world_;
   std::ofstream trace_;
   std::ofstream events_;
+  std::unique_ptr<Album> album_;
   std::unique_ptr<Film> film_;
   long steps_ = 0;
 };
