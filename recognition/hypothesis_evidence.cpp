@@ -342,6 +342,20 @@ void EvidenceGatherer::explained_pixels(std::vector<int>& pixels) const {
   }
 }
 
+int EvidenceGatherer::matched_count(const PixelClaims& claims, std::int32_t claimant) const {
+  if (rendered_ == nullptr) return 0;
+  int count = 0;
+  std::size_t i = 0;
+  for (int v = 0; v < rendered_->height; ++v) {
+    const std::int32_t* row =
+        claims.data() + (rendered_->v0 + v) * scene_.projection().width + rendered_->u0;
+    for (int u = 0; u < rendered_->width; ++u, ++i) {
+      if (verdicts_[i] == kMatched && (row[u] < 0 || row[u] == claimant)) ++count;
+    }
+  }
+  return count;
+}
+
 void EvidenceGatherer::matched_pixels(int stride, std::vector<MatchedPixel>& pixels) const {
   pixels.clear();
   if (rendered_ == nullptr) return;

@@ -84,6 +84,9 @@ class EvidenceGatherer {
   /// ascending indices into the scene's working image.
   void explained_pixels(std::vector<int>& pixels) const;
 
+  /// How many pixels matched in the last call of gather that `claims` leaves to `claimant`.
+  [[nodiscard]] int matched_count(const PixelClaims& claims, std::int32_t claimant) const;
+
   /// Replaces `pixels` by those that matched in the last call of gather, every `stride`-th in both
   /// directions, and returns the model's points in them.
   void matched_pixels(int stride, std::vector<MatchedPixel>& pixels) const;

@@ -26,24 +26,58 @@ class ObjectEquations {
  public:
   ObjectEquations(const ObservedScene& scene, const SensorEstimate& sensor, double dilation,
                   const RecognitionModel& model, const RefinementOptions& options)
-      : scene_(scene), sensor_(sensor), dilation_(dilation), model_(model), options_(options) {}
+      : scene_(scene),
+        sensor_(sensor),
+        dilation_(dilation),
+        model_(model),
+        options_(options),
+        gatherer_(scene, sensor) {}
 
-  /// Renders the object and collects what `claims` leaves it.
-  void observe(EvidenceGatherer& gatherer, const Eigen::Isometry3d& T_camera_model,
-               const PixelClaims& claims, std::int32_t claimant) {
-    const HypothesisEvidence evidence =
-        gatherer.gather(model_, T_camera_model.cast<float>(), &claims, claimant);
+  /// Renders the object; the others' claims come later.
+  void render(const Eigen::Isometry3d& T_camera_model) {
+    (void)gatherer_.gather(model_, T_camera_model.cast<float>());
+    gatherer_.explained_pixels(explained_);
+  }
+  /// What the object explained when it was rendered.
+  [[nodiscard]] const std::vector<int>& explained_pixels() const { return explained_; }
+
+  /// Collects what `claims` leaves the object of what it was rendered on.
+  void observe(const Eigen::Isometry3d& T_camera_model, const PixelClaims& claims,
+               std::int32_t claimant) {
+    const int matched = gatherer_.matched_count(claims, claimant);
     const int stride =
-        std::max(1, static_cast<int>(std::ceil(std::sqrt(evidence.matched / double{kMostPixels}))));
-    gatherer.matched_pixels(stride, pixels_);
+        std::max(1, static_cast<int>(std::ceil(std::sqrt(matched / double{kMostPixels}))));
+    gatherer_.matched_pixels(stride, pixels_);
+    const auto is_others = [&](int pixel) {
+      const std::int32_t owner = claims[static_cast<std::size_t>(pixel)];
+      return owner >= 0 && owner != claimant;
+    };
+    std::erase_if(pixels_, [&](const MatchedPixel& pixel) {
+      return is_others(scene_.projection().pixel(pixel.q));
+    });
     observations_.clear();
     add_surface(stride, T_camera_model);
     surface_count_ = observations_.size();
-    for (const SilhouetteStep& step : gatherer.silhouette_steps()) add_step(step);
+    for (const SilhouetteStep& step : gatherer_.silhouette_steps()) {
+      // The pixels on the way from where the walk met the object's surface to the step.
+      bool is_own = true;
+      for (int k = std::min(step.offset, 0); k <= step.offset && is_own; ++k) {
+        is_own =
+            !is_others((step.v + k * step.dv) * scene_.projection().width + step.u + k * step.du);
+      }
+      if (is_own) add_step(step);
+    }
   }
 
-  [[nodiscard]] const std::vector<PlaneObservation>& observations() const { return observations_; }
-  [[nodiscard]] std::size_t surface_count() const { return surface_count_; }
+  /// One robust solve, when the observations can fix a motion.
+  void move(Eigen::Isometry3d& T_camera_model) const {
+    if (surface_count_ < kLeastPixels) return;
+    const PoseStep step =
+        fit_point_to_plane(observations_, T_camera_model * model_.centre.cast<double>());
+    T_camera_model = step.motion * T_camera_model;
+    T_camera_model.linear() =
+        Eigen::Quaterniond(T_camera_model.linear()).normalized().toRotationMatrix();
+  }
 
   [[nodiscard]] Matrix6d covariance(const Eigen::Isometry3d& T_camera_model) const {
     const Eigen::Vector3d origin = T_camera_model.translation();
@@ -126,28 +160,22 @@ class ObjectEquations {
   double dilation_;
   const RecognitionModel& model_;
   const RefinementOptions& options_;
+  EvidenceGatherer gatherer_;
+  std::vector<int> explained_;
   std::vector<MatchedPixel> pixels_;
   std::vector<PlaneObservation> observations_;
   std::size_t surface_count_ = 0;
 };
 
 /// Gives every pixel to the first of the objects that explain it.
-PixelClaims assign_pixels(std::span<const RecognitionModel> models, const ObservedScene& scene,
-                          const SensorEstimate& sensor, std::span<const Candidate> objects,
-                          const std::vector<RefinedPose>& poses) {
-  PixelClaims claims(scene.pixels().size(), -1);
-  EvidenceGatherer gatherer(scene, sensor);
-  std::vector<int> pixels;
+void assign_pixels(const std::vector<ObjectEquations>& objects, PixelClaims& claims) {
+  std::fill(claims.begin(), claims.end(), -1);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    (void)gatherer.gather(models[static_cast<std::size_t>(objects[i].model)],
-                          poses[i].T_camera_model.cast<float>());
-    gatherer.explained_pixels(pixels);
-    for (const int pixel : pixels) {
+    for (const int pixel : objects[i].explained_pixels()) {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner < 0) owner = static_cast<std::int32_t>(i);
     }
   }
-  return claims;
 }
 
 }  // namespace
@@ -157,27 +185,29 @@ std::vector<RefinedPose> refine_jointly(std::span<const RecognitionModel> models
                                         double dilation, std::span<const Candidate> selected,
                                         int jobs, const RefinementOptions& options) {
   std::vector<RefinedPose> poses;
+  std::vector<ObjectEquations> objects;
+  objects.reserve(selected.size());
   for (const Candidate& candidate : selected) {
     poses.push_back({candidate.T_camera_model.cast<double>(), Matrix6d::Zero()});
+    objects.emplace_back(scene, sensor, dilation, models[static_cast<std::size_t>(candidate.model)],
+                         options);
   }
   const int count = static_cast<int>(poses.size());
+  PixelClaims claims(scene.pixels().size());
   for (int pairing = 0; pairing <= kPairings; ++pairing) {
-    const PixelClaims claims = assign_pixels(models, scene, sensor, selected, poses);
     parallel_for(count, jobs, [&](int i) {
-      RefinedPose& pose = poses[static_cast<std::size_t>(i)];
-      const RecognitionModel& model =
-          models[static_cast<std::size_t>(selected[static_cast<std::size_t>(i)].model)];
-      EvidenceGatherer gatherer(scene, sensor);
-      ObjectEquations equations(scene, sensor, dilation, model, options);
-      equations.observe(gatherer, pose.T_camera_model, claims, i);
+      const auto index = static_cast<std::size_t>(i);
+      objects[index].render(poses[index].T_camera_model);
+    });
+    assign_pixels(objects, claims);
+    parallel_for(count, jobs, [&](int i) {
+      const auto index = static_cast<std::size_t>(i);
+      RefinedPose& pose = poses[index];
+      objects[index].observe(pose.T_camera_model, claims, i);
       if (pairing == kPairings) {
-        pose.covariance = equations.covariance(pose.T_camera_model);
-      } else if (equations.surface_count() >= kLeastPixels) {
-        const PoseStep step = fit_point_to_plane(equations.observations(),
-                                                 pose.T_camera_model * model.centre.cast<double>());
-        pose.T_camera_model = step.motion * pose.T_camera_model;
-        pose.T_camera_model.linear() =
-            Eigen::Quaterniond(pose.T_camera_model.linear()).normalized().toRotationMatrix();
+        pose.covariance = objects[index].covariance(pose.T_camera_model);
+      } else {
+        objects[index].move(pose.T_camera_model);
       }
     });
   }
