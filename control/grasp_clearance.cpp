@@ -9,6 +9,8 @@ namespace {
 
 // Below this height over the table a point belongs to the table as the sensor sees it.
 constexpr double kTableNoise = 0.01;
+// Of a known object's surface: about one per 15 mm^2, as dense as the camera sees it.
+constexpr std::size_t kSurfacePoints = 4000;
 
 }  // namespace
 
@@ -24,6 +26,24 @@ GraspClearance::GraspClearance(const RangeImage& image, const GripperDescription
   }
 }
 
+void GraspClearance::add_object(const Detection& detection, const ObjectModel& object) {
+  KnownObject known{detection, {}};
+  for (const Eigen::Vector3f& p_model :
+       sample_surface(object.mesh, kSurfacePoints, derive_seed(0, object.name)).points) {
+    known.points_world.push_back(detection.T_scene_model * p_model.cast<double>());
+  }
+  objects_.push_back(std::move(known));
+}
+
+std::vector<Eigen::Vector3d> GraspClearance::points_within(
+    const Eigen::AlignedBox2d& region) const {
+  std::vector<Eigen::Vector3d> inside;
+  for (const Eigen::Vector3d& p_world : points_world_) {
+    if (region.contains(Eigen::Vector2d(p_world.head<2>()))) inside.push_back(p_world);
+  }
+  return inside;
+}
+
 int GraspClearance::obstructing_points(const GraspPlan& plan, double own_margin) const {
   const Eigen::AlignedBox3d tight = bounding_box(plan.object->mesh);
   const Eigen::Vector3d grown = Eigen::Vector3d::Constant(own_margin);
@@ -35,6 +55,14 @@ int GraspClearance::obstructing_points(const GraspPlan& plan, double own_margin)
     if (in_swept_gripper(T_grasp_world * p_world, plan.grasp->pre_opening) &&
         !own.contains(T_object_world * p_world)) {
       ++count;
+    }
+  }
+  for (const KnownObject& known : objects_) {
+    const bool target = known.detection.model == plan.detection.model &&
+                        known.detection.T_scene_model.isApprox(plan.detection.T_scene_model);
+    if (target) continue;
+    for (const Eigen::Vector3d& p_world : known.points_world) {
+      if (in_swept_gripper(T_grasp_world * p_world, plan.grasp->pre_opening)) ++count;
     }
   }
   return count;

@@ -18,6 +18,13 @@ class GraspClearance {
   GraspClearance(const RangeImage& image, const GripperDescription& gripper, double table_height,
                  double margin = 0.003);
 
+  /// From now on the whole surface of `detection` (world frame) counts as if it had been measured,
+  /// save for grasps of that object itself.
+  void add_object(const Detection& detection, const ObjectModel& object);
+
+  /// Measured points above the table within `region`.
+  [[nodiscard]] std::vector<Eigen::Vector3d> points_within(const Eigen::AlignedBox2d& region) const;
+
   /// Points within the volume that fingers and housing sweep along the approach. Points within
   /// `own_margin` (m) of the target's bounding box are its own and do not count.
   [[nodiscard]] int obstructing_points(const GraspPlan& plan, double own_margin = 0.005) const;
@@ -26,7 +33,13 @@ class GraspClearance {
   [[nodiscard]] bool in_swept_gripper(const Eigen::Vector3d& p_grasp,
                                       double opening) const noexcept;
 
+  struct KnownObject {
+    Detection detection;
+    std::vector<Eigen::Vector3d> points_world;
+  };
+
   std::vector<Eigen::Vector3d> points_world_;
+  std::vector<KnownObject> objects_;
   GripperDescription gripper_;
   double margin_;
 };

@@ -2,9 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace binpick {
 namespace {
+
+// The strategy's: beyond this no stored grasp keeps its finger tips off the table.
+constexpr double kSteepest = 60.0 * 3.14159265358979323846 / 180.0;
+// A certain miss is as bad as a tilt of 60 degrees, three times over.
+constexpr double kMissWeight = 10.0;
+// More likely absent than there.
+constexpr double kDoubtful = 0.5;
 
 double centre_of_mass_height(const Detection& detection, const ObjectModel& object) {
   return (detection.T_scene_model * object.physics.p_model_com).z();
@@ -19,6 +27,29 @@ double alignment_criterion(const Eigen::Isometry3d& T_world_grasp) noexcept {
 
 double wrist_criterion(double required_wrist, double neutral_wrist) noexcept {
   return std::abs(neutral_wrist - required_wrist);
+}
+
+double miss_probability(const Detection& detection, const Grasp& grasp) {
+  const Eigen::Vector3d jaw =
+      detection.T_scene_model.linear() * grasp.T_object_grasp.linear().col(1);
+  const Eigen::Vector3d arm = detection.T_scene_model.linear() * grasp.T_object_grasp.translation();
+  // A rotation w about the model's origin moves the tool centre by w x arm.
+  Eigen::Matrix<double, 6, 1> along_jaw;
+  along_jaw << arm.cross(jaw), jaw;
+  const double variance = along_jaw.dot(detection.covariance * along_jaw);
+  if (!(variance > 0.0)) return 0.0;
+  const double room = 0.5 * (grasp.pre_opening - grasp.expected_width);
+  return std::erfc(std::max(room, 0.0) / std::sqrt(2.0 * variance));
+}
+
+GraspSelectionOptions GraspSelectionOptions::of(const ManipulationStrategy& strategy) noexcept {
+  GraspSelectionOptions options;
+  if (strategy.steep_grasps) options.max_tilt = kSteepest;
+  if (strategy.uncertainty) {
+    options.miss_weight = kMissWeight;
+    options.least_confidence = kDoubtful;
+  }
+  return options;
 }
 
 GraspSelector::GraspSelector(const std::vector<ObjectModel>& objects, const CellLayout& layout,
@@ -47,6 +78,8 @@ std::vector<Detection> GraspSelector::pickable(const std::vector<Detection>& det
   }
   std::stable_sort(by_height.begin(), by_height.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_partition(by_height.begin(), by_height.end(),
+                        [&](const auto& entry) { return trusted(entry.second); });
   std::vector<Detection> sorted;
   sorted.reserve(by_height.size());
   for (auto& [height, detection] : by_height) sorted.push_back(std::move(detection));
@@ -96,7 +129,9 @@ std::optional<GraspPlan> GraspSelector::plan(const Detection& detection, const O
   plan.grasp = &grasp;
   plan.q_pregrasp = *q_pregrasp;
   plan.wrist = wrist_criterion((*q_grasp)[kArmJoints - 1], options_.neutral_wrist);
-  plan.cost = options_.alignment_weight * plan.tilt + options_.wrist_weight * plan.wrist;
+  plan.miss = miss_probability(detection, grasp);
+  plan.cost = options_.alignment_weight * plan.tilt + options_.wrist_weight * plan.wrist +
+              options_.miss_weight * plan.miss;
   return plan;
 }
 

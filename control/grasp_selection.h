@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "control/manipulation_strategy.h"
 #include "models/cell_layout.h"
 #include "models/detection.h"
 #include "models/object_model.h"
@@ -19,6 +20,14 @@ struct GraspSelectionOptions {
   double neutral_wrist = 0.0;      ///< phi_0^wrist of eq. (14): joint 7, rad
   double approach_distance = 0.1;  ///< the grasp is projected this far along v_appr, m
   double tip_clearance = 0.004;    ///< finger tips stay this far above the table, m
+
+  // Beyond the paper; as they are, without effect.
+  /// What a miss for certain (miss_probability) adds to the cost of eq. (12).
+  double miss_weight = 0.0;
+  /// Objects less likely to be there than this come after all others.
+  double least_confidence = 0.0;
+
+  [[nodiscard]] static GraspSelectionOptions of(const ManipulationStrategy& strategy) noexcept;
 };
 
 /// A grasp of a detected object, ready to be executed.
@@ -31,6 +40,7 @@ struct GraspPlan {
   JointVector q_pregrasp = JointVector::Zero();
   double tilt = 0.0;   ///< crit_1, eq. (13), rad
   double wrist = 0.0;  ///< crit_2, eq. (14), rad
+  double miss = 0.0;   ///< miss_probability
   double cost = 0.0;   ///< eq. (12)
 };
 
@@ -40,6 +50,12 @@ struct GraspPlan {
 /// crit_2, eq. (14): the distance between the wrist angle that the grasp requires and the neutral
 /// one, rad.
 [[nodiscard]] double wrist_criterion(double required_wrist, double neutral_wrist) noexcept;
+
+/// The probability that a finger comes down on the object instead of beside it: that the error of
+/// the object's pose moves the middle between the pads, along the jaws, by more than the room that
+/// the pre-opening leaves on either side. Normal errors, Detection::covariance to first order; 0
+/// without a covariance.
+[[nodiscard]] double miss_probability(const Detection& detection, const Grasp& grasp);
 
 /// Chooses what to grasp next, and how: the uppermost object (highest centre of mass), and of its
 /// stored grasps the cheapest feasible one (eqs. 12-14); if it has none, the next lower object.
@@ -61,9 +77,15 @@ class GraspSelector {
   [[nodiscard]] std::optional<GraspPlan> select(const std::vector<Detection>& detections,
                                                 const Admissible& admissible) const;
 
-  /// The detections that lie within the pick region and belong to known objects, uppermost first.
+  /// The detections that lie within the pick region and belong to known objects, uppermost first,
+  /// the doubtful ones after the others.
   /// Empty under condition A of Fig. 4, no-object.
   [[nodiscard]] std::vector<Detection> pickable(const std::vector<Detection>& detections) const;
+
+  /// Whether the detection is confident enough not to come last.
+  [[nodiscard]] bool trusted(const Detection& detection) const noexcept {
+    return detection.confidence >= options_.least_confidence;
+  }
 
   /// All feasible grasps of one detected object, cheapest first.
   [[nodiscard]] std::vector<GraspPlan> feasible_grasps(const Detection& detection) const;

@@ -19,6 +19,8 @@ bool no_grasp(const Conditions& c) noexcept { return c.no_grasp; }
 bool collision_or_failed_grasp(const Conditions& c) noexcept { return c.C(); }
 bool believed_empty(const Conditions& c) noexcept { return c.believed_empty; }
 bool finished(const Conditions& c) noexcept { return c.finished; }
+bool regrasp(const Conditions& c) noexcept { return c.regrasp; }
+bool rearrange(const Conditions& c) noexcept { return c.rearrange; }
 
 const Place* find_place(const CellLayout& layout, const std::string& model) {
   for (const Place& place : layout.places) {
@@ -36,12 +38,15 @@ const std::vector<AutomatonTransition>& automaton_table() {
       {kGoToOverview, always, kRecognizeObjects, "the scene is in full view"},
       {kRecognizeObjects, believed_empty, kHalted, "A, often enough: the table is empty"},
       {kRecognizeObjects, finished, kHalted, "no progress for too long"},
+      {kRecognizeObjects, rearrange, kRearrange, "strategy: something unknown lies there"},
       {kRecognizeObjects, no_object, kGoToOverview, "A: look again"},
       {kRecognizeObjects, always, kSelectGrasp, "not A"},
       {kSelectGrasp, finished, kHalted, "no progress for too long"},
+      {kSelectGrasp, rearrange, kRearrange, "strategy: B, but it can be pushed"},
       {kSelectGrasp, no_grasp, kGoToOverview, "B: look again"},
       {kSelectGrasp, always, kGraspObject, "not B"},
       {kGraspObject, finished, kHalted, "the attempts are used up"},
+      {kGraspObject, regrasp, kSelectGrasp, "strategy: closed empty, another grasp"},
       {kGraspObject, collision_or_failed_grasp, kGoToOverview, "C"},
       {kGraspObject, always, kCarryAway, "not C"},
       {kCarryAway, finished, kHalted, "the attempts are used up"},
@@ -49,6 +54,7 @@ const std::vector<AutomatonTransition>& automaton_table() {
       {kCarryAway, always, kPlaceDown, "not C"},
       {kPlaceDown, finished, kHalted, "the attempts are used up"},
       {kPlaceDown, always, kGoToOverview, "next object"},
+      {kRearrange, always, kGoToOverview, "strategy: see what it led to"},
   };
   return kFigure4;
 }
@@ -69,6 +75,8 @@ std::string_view to_text(AutomatonState state) noexcept {
       return "place down";
     case kHalted:
       return "halted";
+    case kRearrange:
+      return "rearrange";
   }
   return "";
 }
@@ -83,6 +91,10 @@ std::string_view to_text(SkillResult result) noexcept {
       return "failed grasp";
     case SkillResult::kUnreachable:
       return "unreachable";
+    case SkillResult::kSlipped:
+      return "slipped";
+    case SkillResult::kLoadedCollision:
+      return "collision with the object held";
   }
   return "";
 }
@@ -95,6 +107,7 @@ ManipulationAutomaton::ManipulationAutomaton(ManipulationSkills& skills,
     : skills_(skills),
       selector_(selector),
       layout_(layout),
+      objects_(objects),
       options_(std::move(options)),
       placed_per_place_(layout.places.size(), 0) {
   for (const ObjectModel& object : objects) {
@@ -125,9 +138,9 @@ AutomatonResult ManipulationAutomaton::run() {
     result.events.push_back(std::move(event));
   }
   const Conditions& last = result.events.back().conditions;
-  const bool attempts_used = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
   result.reason = last.believed_empty ? HaltReason::kBelievedEmpty
-                  : attempts_used     ? HaltReason::kAttemptsUsed
+                  : placed_enough()   ? HaltReason::kPlacedEnough
+                  : attempts_used()   ? HaltReason::kAttemptsUsed
                                       : HaltReason::kGaveUp;
   result.placed = placed_;
   return result;
@@ -148,6 +161,8 @@ AutomatonConditions ManipulationAutomaton::act(AutomatonState state, AutomatonEv
       return act_carry(event);
     case kPlaceDown:
       return act_place(event);
+    case kRearrange:
+      return act_rearrange(event);
     case kHalted:
       break;
   }
@@ -162,9 +177,14 @@ AutomatonConditions ManipulationAutomaton::act_recognize(AutomatonEvent& event) 
   }
   detections_ = selector_.pickable(detections_);
   event.detail = fmt::format("{} objects in the pick region", detections_.size());
+  regrasped_ = false;
 
   AutomatonConditions conditions;
   conditions.no_object = detections_.empty();
+  if (conditions.no_object && options_.strategy.search) {
+    pushable_ = {skills_.unrecognized_surface()};
+    conditions.rearrange = !pushable_.front().empty();
+  }
   empty_looks_ = conditions.no_object ? empty_looks_ + 1 : 0;
   conditions.believed_empty = empty_looks_ >= options_.looks_before_empty;
   conditions.finished = ++idle_cycles_ > options_.max_idle_cycles;
@@ -179,43 +199,69 @@ AutomatonConditions ManipulationAutomaton::act_select(AutomatonEvent& event) {
     event.object = plan->detection.model;
     event.detail = fmt::format("{}, cost {:.3f}", plan->grasp->name, plan->cost);
     target_ = target_for(std::move(*plan));
+  } else if (options_.strategy.search) {
+    pushable_.clear();
+    for (const Detection& detection : detections_) pushable_.push_back(surface_of(detection));
+    conditions.rearrange = !pushable_.empty();
   }
   return conditions;
 }
 
 std::optional<GraspPlan> ManipulationAutomaton::choose() {
-  const auto fresh = [&](const GraspPlan& plan) { return !failed_before(plan); };
-  if (auto plan = selector_.select(detections_, [&](const GraspPlan& candidate) {
-        return fresh(candidate) && skills_.obstruction(candidate) == 0;
-      })) {
-    return plan;
-  }
-  // Nothing is free: the way with the least in it, if need be one that failed before.
-  std::optional<GraspPlan> least;
-  int least_obstruction = std::numeric_limits<int>::max();
-  const auto consider = [&](bool also_failed) {
-    for (const Detection& detection : detections_) {
-      for (GraspPlan& plan : selector_.feasible_grasps(detection)) {
-        if (!also_failed && !fresh(plan)) continue;
-        const int obstruction = skills_.obstruction(plan);
-        if (obstruction >= least_obstruction) continue;
-        least_obstruction = obstruction;
-        least = std::move(plan);
-      }
-    }
+  const auto free = [&](const GraspPlan& plan) {
+    return !failed_before(plan) && skills_.obstruction(plan) == 0 && has_way(plan);
   };
-  consider(false);
-  if (!least) {
-    failed_.clear();
-    consider(true);
+  const auto good = [&](const GraspPlan& plan) {
+    return plan.tilt < options_.preferred_tilt && selector_.trusted(plan.detection) && free(plan);
+  };
+  if (auto plan = selector_.select(detections_, good)) return plan;
+  if (auto plan = selector_.select(detections_, free)) return plan;
+  // Nothing is free: the way with the least in it, if need be one that failed before.
+  if (auto plan = least_obstructed(false)) return plan;
+  failed_.clear();
+  return least_obstructed(true);
+}
+
+std::optional<GraspPlan> ManipulationAutomaton::least_obstructed(bool also_failed) {
+  std::vector<std::pair<int, GraspPlan>> plans;
+  for (const Detection& detection : detections_) {
+    for (GraspPlan& plan : selector_.feasible_grasps(detection)) {
+      if (!also_failed && failed_before(plan)) continue;
+      plans.emplace_back(skills_.obstruction(plan), std::move(plan));
+    }
   }
-  return least;
+  std::stable_sort(plans.begin(), plans.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto& [obstruction, plan] : plans) {
+    if (has_way(plan)) return std::move(plan);
+  }
+  return std::nullopt;
+}
+
+bool ManipulationAutomaton::has_way(const GraspPlan& plan) {
+  const Target target = target_for(plan);
+  return skills_.has_way(target.plan, *target.place, target.slot);
+}
+
+std::vector<Eigen::Vector3d> ManipulationAutomaton::surface_of(const Detection& detection) const {
+  std::vector<Eigen::Vector3d> surface;
+  for (const ObjectModel& object : objects_) {
+    if (object.name != detection.model) continue;
+    for (const Eigen::Vector3d& vertex : object.mesh.vertices) {
+      surface.push_back(detection.T_scene_model * vertex);
+    }
+  }
+  return surface;
 }
 
 AutomatonConditions ManipulationAutomaton::act_grasp(AutomatonEvent& event) {
   ++attempts_;
   const SkillResult result = skills_.grasp(target_->plan);
-  return after_skill(result, event);
+  AutomatonConditions conditions = after_skill(result, event);
+  conditions.regrasp =
+      options_.strategy.regrasp && result == SkillResult::kFailedGrasp && !regrasped_;
+  regrasped_ = regrasped_ || conditions.regrasp;
+  return conditions;
 }
 
 AutomatonConditions ManipulationAutomaton::act_carry(AutomatonEvent& event) {
@@ -231,8 +277,20 @@ AutomatonConditions ManipulationAutomaton::act_place(AutomatonEvent& event) {
     failed_.clear();
     idle_cycles_ = 0;
   }
-  conditions.finished = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
+  conditions.finished = attempts_used() || placed_enough();
   return conditions;
+}
+
+AutomatonConditions ManipulationAutomaton::act_rearrange(AutomatonEvent& event) {
+  for (const std::vector<Eigen::Vector3d>& surface : pushable_) {
+    const SkillResult result = skills_.push(surface);
+    event.detail = fmt::format("push: {}", to_text(result));
+    if (result == SkillResult::kUnreachable) continue;
+    failed_.clear();
+    if (++pushes_ <= options_.max_pushes) empty_looks_ = 0;
+    break;
+  }
+  return {};
 }
 
 AutomatonConditions ManipulationAutomaton::after_skill(SkillResult result, AutomatonEvent& event) {
@@ -241,12 +299,14 @@ AutomatonConditions ManipulationAutomaton::after_skill(SkillResult result, Autom
   event.detail = fmt::format("{}: {}", plan.grasp->name, to_text(result));
   AutomatonConditions conditions;
   // No path for the arm ends an attempt just as a collision does: overview, and look again.
-  conditions.collision = result == SkillResult::kCollision || result == SkillResult::kUnreachable;
-  conditions.failed_grasp = result == SkillResult::kFailedGrasp;
+  conditions.collision = result == SkillResult::kCollision ||
+                         result == SkillResult::kLoadedCollision ||
+                         result == SkillResult::kUnreachable;
+  conditions.failed_grasp = result == SkillResult::kFailedGrasp || result == SkillResult::kSlipped;
   if (conditions.C()) {
     failed_.push_back(
         {plan.detection.model, plan.grasp->name, plan.detection.T_scene_model.translation()});
-    conditions.finished = options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
+    conditions.finished = attempts_used();
   }
   return conditions;
 }

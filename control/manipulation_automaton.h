@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "control/grasp_selection.h"
+#include "control/manipulation_strategy.h"
 
 namespace binpick {
 
-/// The states of Fig. 4, IJRR 2012, numbered as in section 5, and the end.
+/// The states of Fig. 4, IJRR 2012, numbered as in section 5, the end, and one more that only the
+/// strategy leads to.
 enum class AutomatonState {
   kGoToOverview = 1,
   kRecognizeObjects,
@@ -19,6 +21,7 @@ enum class AutomatonState {
   kCarryAway,
   kPlaceDown,
   kHalted,
+  kRearrange,
 };
 [[nodiscard]] std::string_view to_text(AutomatonState state) noexcept;
 
@@ -31,6 +34,9 @@ struct AutomatonConditions {
   bool failed_grasp = false;    ///< part of C: the gripper has completely closed
   bool believed_empty = false;  ///< A, in enough looks in a row
   bool finished = false;        ///< the attempts or cycles that were asked for are used up
+  // Set by the strategy alone:
+  bool regrasp = false;    ///< another grasp of what was seen shall be tried at once
+  bool rearrange = false;  ///< something can be pushed that can not be grasped
 
   [[nodiscard]] bool C() const noexcept { return collision || failed_grasp; }
 };
@@ -43,15 +49,17 @@ struct AutomatonTransition {
   std::string_view meaning;
 };
 
-/// Fig. 4 as a table.
+/// Fig. 4 as a table, with the strategy's arrows.
 [[nodiscard]] const std::vector<AutomatonTransition>& automaton_table();
 
 /// How the attempt to grasp, carry or place went.
 enum class SkillResult {
   kDone,
-  kCollision,    ///< a contact force beyond the collision threshold ended the motion
-  kFailedGrasp,  ///< the gripper closed completely, at once or while carrying
-  kUnreachable,  ///< no path for the arm
+  kCollision,        ///< a contact beyond the threshold ended the motion of the empty gripper
+  kFailedGrasp,      ///< the gripper closed completely, or on something else
+  kUnreachable,      ///< no path for the arm
+  kSlipped,          ///< what was held is so no longer
+  kLoadedCollision,  ///< a contact beyond the threshold ended a motion with the object
 };
 [[nodiscard]] std::string_view to_text(SkillResult result) noexcept;
 
@@ -67,6 +75,10 @@ class ManipulationSkills {
   /// State 3 asks this about every plan that fits otherwise: how much stands in the way of the open
   /// gripper, 0 for a free way.
   [[nodiscard]] virtual int obstruction(const GraspPlan& plan) = 0;
+  /// State 3 asks this about a plan that it would take: whether the arm has a way to the grasp and
+  /// from there to `slot` of `place`.
+  [[nodiscard]] virtual bool has_way(const GraspPlan& plan, const Place& place,
+                                     const Eigen::Vector2d& slot) = 0;
   /// State 4: approach, close, lift.
   [[nodiscard]] virtual SkillResult grasp(const GraspPlan& plan) = 0;
   /// State 5: carries what it holds above `slot` of `place`.
@@ -75,9 +87,16 @@ class ManipulationSkills {
   /// State 6: lowers until contact, releases, withdraws.
   [[nodiscard]] virtual SkillResult place(const GraspPlan& plan, const Place& place,
                                           const Eigen::Vector2d& slot) = 0;
+
+  /// The measured surface of something in the pick region when nothing was recognized; empty if
+  /// there is nothing.
+  [[nodiscard]] virtual std::vector<Eigen::Vector3d> unrecognized_surface() = 0;
+  /// Pushes what has this surface (points, world frame) to where it can be grasped.
+  [[nodiscard]] virtual SkillResult push(const std::vector<Eigen::Vector3d>& surface) = 0;
 };
 
 struct AutomatonOptions {
+  ManipulationStrategy strategy;
   /// Only objects of this model are picked; empty for all.
   std::string wanted_model;
   /// The table is believed empty after this many looks in a row without an object. >= 1
@@ -86,9 +105,16 @@ struct AutomatonOptions {
   int max_idle_cycles = 30;
   /// It halts after this many attempts to grasp; 0 for no limit.
   int max_attempts = 0;
+  /// It halts after this many objects put away; 0 for no limit.
+  int max_placed = 0;
   /// A grasp that failed is avoided while the object lies within this distance of where it failed,
   /// until something has changed. m
   double same_place = 0.03;
+  /// Looks without an object before a push do not count as such; for so many pushes, lest something
+  /// that is no known object keeps the robot busy for ever.
+  int max_pushes = 5;
+  /// Steeper grasps only if there is no other, rad. With the strategy's steep grasps alone.
+  double preferred_tilt = GraspSelectionOptions{}.max_tilt;
 };
 
 /// One state's execution.
@@ -101,7 +127,7 @@ struct AutomatonEvent {
 };
 
 /// Why the automaton halted.
-enum class HaltReason { kBelievedEmpty, kGaveUp, kAttemptsUsed };
+enum class HaltReason { kBelievedEmpty, kGaveUp, kAttemptsUsed, kPlacedEnough };
 
 struct AutomatonResult {
   HaltReason reason = HaltReason::kBelievedEmpty;
@@ -110,7 +136,8 @@ struct AutomatonResult {
 };
 
 /// The hybrid automaton of IJRR 2012, Fig. 4: overview, recognize, select, grasp, carry, place, and
-/// back to the overview after a collision or a failed grasp.
+/// back to the overview after a collision or a failed grasp. With a strategy it does more, see
+/// ManipulationStrategy.
 class ManipulationAutomaton {
  public:
   /// Everything referred to must outlive the automaton.
@@ -147,15 +174,27 @@ class ManipulationAutomaton {
   AutomatonConditions act_grasp(AutomatonEvent& event);
   AutomatonConditions act_carry(AutomatonEvent& event);
   AutomatonConditions act_place(AutomatonEvent& event);
+  AutomatonConditions act_rearrange(AutomatonEvent& event);
   AutomatonConditions after_skill(SkillResult result, AutomatonEvent& event);
 
   [[nodiscard]] std::optional<GraspPlan> choose();
+  /// The plan with the least in its way.
+  [[nodiscard]] std::optional<GraspPlan> least_obstructed(bool also_failed);
   [[nodiscard]] bool failed_before(const GraspPlan& plan) const;
+  [[nodiscard]] bool has_way(const GraspPlan& plan);
+  [[nodiscard]] std::vector<Eigen::Vector3d> surface_of(const Detection& detection) const;
+  [[nodiscard]] bool attempts_used() const noexcept {
+    return options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
+  }
+  [[nodiscard]] bool placed_enough() const noexcept {
+    return options_.max_placed > 0 && placed_ >= options_.max_placed;
+  }
   [[nodiscard]] Target target_for(GraspPlan plan) const;
 
   ManipulationSkills& skills_;
   const GraspSelector& selector_;
   const CellLayout& layout_;
+  const std::vector<ObjectModel>& objects_;
   AutomatonOptions options_;
   std::function<void(AutomatonState)> on_state_;
   std::function<void(const AutomatonEvent&)> on_event_;
@@ -163,6 +202,10 @@ class ManipulationAutomaton {
   std::vector<Detection> detections_;
   std::optional<Target> target_;
   std::vector<FailedGrasp> failed_;
+  /// Surfaces of what may be pushed, the most urgent first.
+  std::vector<std::vector<Eigen::Vector3d>> pushable_;
+  bool regrasped_ = false;  ///< since the last look
+  int pushes_ = 0;
   std::vector<int> placed_per_place_;
   int placed_ = 0;
   int empty_looks_ = 0;

@@ -119,6 +119,17 @@ BodyInertia Manipulator::weigh(double duration) {
   return estimator.estimate();
 }
 
+double Manipulator::missing_weight(double duration) {
+  constexpr double kGravity = 9.81;
+  double lift = 0.0;
+  int ticks = 0;
+  for (double t = 0.0; t < duration; t += kControlPeriod, ++ticks) {
+    tick();
+    lift += controller_.status().external_wrench[2];
+  }
+  return ticks == 0 ? 0.0 : lift / (ticks * kGravity);
+}
+
 GripperState Manipulator::move_gripper(const GripperCommand& command) {
   command_gripper(command);
   for (int watch = 0; watch < kMostJawWatches; ++watch) {

@@ -71,6 +71,9 @@ class Manipulator {
   bool calibrate_sensors(double duration = 0.5);
   /// Feels the weight in the jaws for `duration` s; nothing else may be touched.
   [[nodiscard]] BodyInertia weigh(double duration);
+  /// By how much the load in the jaws is lighter than the controller's payload, kg; felt for
+  /// `duration` s, nothing else may be touched.
+  [[nodiscard]] double missing_weight(double duration);
   [[nodiscard]] ArmController& controller() noexcept { return controller_; }
   [[nodiscard]] const RobotState& state() const noexcept { return state_; }
   [[nodiscard]] RangeImage capture() { return robot_.capture(); }

@@ -19,6 +19,10 @@ constexpr double kWeighTime = 0.05;
 constexpr double kHeaviestPayload = 3.0;
 // Fewer scene points than this in the gripper's way are noise.
 constexpr int kNoiseVotes = 6;
+// Measured points that are more than noise and stray edges of the table.
+constexpr std::ptrdiff_t kLeastSurface = 200;
+// What is seen this near to the highest point is taken for one object, m.
+constexpr double kObjectRadius = 0.09;
 // Moves to the overview pose that a touch on the way may interrupt.
 constexpr int kOverviewAttempts = 3;
 // Orientations about the vertical that are tried for putting an object down.
@@ -28,12 +32,12 @@ constexpr double kOverflowWeight = 100.0;
 // Holding a placed object down before letting go, s.
 constexpr double kReleaseTime = 0.2;
 
-SkillResult to_result(MotionEnd end) {
+SkillResult to_result(MotionEnd end, bool loaded) {
   switch (end) {
     case MotionEnd::kCollision:
-      return SkillResult::kCollision;
+      return loaded ? SkillResult::kLoadedCollision : SkillResult::kCollision;
     case MotionEnd::kLost:
-      return SkillResult::kFailedGrasp;
+      return SkillResult::kSlipped;
     case MotionEnd::kArrived:
     case MotionEnd::kContact:
       break;
@@ -140,15 +144,61 @@ void RobotSkills::withdraw(double height) {
 
 // State 2.
 std::vector<Detection> RobotSkills::recognize() {
+  std::vector<Detection> detections = look();
+  const auto doubtful = [&](const Detection& detection) {
+    return detection.confidence < options_.doubtful_confidence;
+  };
+  if (options_.strategy.second_look &&
+      std::any_of(detections.begin(), detections.end(), doubtful)) {
+    detections = merge_looks(std::move(detections), look());
+  }
+  if (options_.strategy.hidden_sides) {
+    for (const Detection& detection : detections) {
+      const ObjectModel* object = find_object(detection.model);
+      if (object != nullptr) clearance_->add_object(detection, *object);
+    }
+  }
+  return detections;
+}
+
+std::vector<Detection> RobotSkills::look() {
   const RangeImage image = manipulator_.capture();
   clearance_.emplace(image, parts_.gripper, parts_.layout.table_height);
   return parts_.perception->recognize(image);
+}
+
+const ObjectModel* RobotSkills::find_object(const std::string& name) const {
+  const auto found = std::find_if(parts_.objects.begin(), parts_.objects.end(),
+                                  [&](const ObjectModel& object) { return object.name == name; });
+  return found == parts_.objects.end() ? nullptr : &*found;
 }
 
 int RobotSkills::obstruction(const GraspPlan& plan) {
   if (!clearance_) return 0;
   const int points = clearance_->obstructing_points(plan);
   return points < kNoiseVotes ? 0 : points;
+}
+
+bool RobotSkills::has_way(const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) {
+  const auto path = parts_.planner.plan(parts_.layout.overview, plan.T_world_pregrasp);
+  if (!path) return false;
+  const auto q_grasp = after_line(plan.T_world_pregrasp, plan.T_world_grasp, path->back());
+  if (!q_grasp) return false;
+  const auto q_lifted =
+      after_line(plan.T_world_grasp, raised(plan.T_world_grasp, options_.lift_height), *q_grasp);
+  return q_lifted && plan_delivery(plan, place, slot, *q_lifted);
+}
+
+std::optional<JointVector> RobotSkills::after_line(const Eigen::Isometry3d& T_world_start,
+                                                   const Eigen::Isometry3d& T_world_goal,
+                                                   const JointVector& q) const {
+  if (line_failure(parts_.kinematics, T_world_start, T_world_goal, q)) return std::nullopt;
+  IkOptions nearby;
+  nearby.min_margin = 0.0;
+  nearby.continuity = 2.0;
+  const IkResult result = parts_.kinematics.solve(T_world_goal, q, nearby);
+  if (!result) return std::nullopt;
+  return result->q;
 }
 
 // State 4.
@@ -158,7 +208,11 @@ SkillResult RobotSkills::grasp(const GraspPlan& plan) {
   const SkillResult end =
       travel(parts_.planner.plan(manipulator_.state().joints.q, plan.T_world_pregrasp),
              options_.free_motion, {});
-  return end == SkillResult::kDone ? execute_grasp(plan) : end;
+  if (end != SkillResult::kDone) return end;
+  const SkillResult grasped = execute_grasp(plan);
+  // Whatever comes next begins above the pile.
+  if (grasped == SkillResult::kFailedGrasp) withdraw(parts_.layout.transfer_height);
+  return grasped;
 }
 
 SkillResult RobotSkills::execute_grasp(const GraspPlan& plan) {
@@ -183,12 +237,30 @@ SkillResult RobotSkills::execute_grasp(const GraspPlan& plan) {
   const MotionEnd lift =
       manipulator_.move_line(raised(plan.T_world_grasp, options_.lift_height),
                              CartesianMotionLimits::at_speed(options_.lift_speed), watching_load());
-  if (lift != MotionEnd::kArrived) return to_result(lift);
+  if (lift != MotionEnd::kArrived) return to_result(lift, true);
   if (manipulator_.hold(kSettleTime, watching_load()) == MotionEnd::kLost) {
-    return SkillResult::kFailedGrasp;
+    return SkillResult::kSlipped;
   }
   weigh();
+  if (options_.strategy.verification && !holds_as_planned(plan)) {
+    put_back(plan);
+    return SkillResult::kFailedGrasp;
+  }
   return SkillResult::kDone;
+}
+
+bool RobotSkills::holds_as_planned(const GraspPlan& plan) const {
+  return std::abs(hold_.width - plan.grasp->expected_width) < options_.width_tolerance &&
+         hold_.mass > options_.least_load * plan.object->physics.mass.low;
+}
+
+void RobotSkills::put_back(const GraspPlan& plan) {
+  enter(ContactPhase::kPlace, options_.loaded_collision_force);
+  MotionStops until_contact = watching_load();
+  until_contact.on_contact = true;
+  manipulator_.move_line(plan.T_world_grasp, CartesianMotionLimits::at_speed(options_.lower_speed),
+                         until_contact);
+  let_go();
 }
 
 MotionStops RobotSkills::watching_load() const {
@@ -201,20 +273,48 @@ void RobotSkills::weigh() {
   BodyInertia payload = manipulator_.weigh(kWeighTime);
   payload.mass = std::min(payload.mass, kHeaviestPayload);
   manipulator_.controller().set_payload(payload);
+  hold_ = {manipulator_.state().gripper.width, payload.mass};
 }
 
 // State 5.
 SkillResult RobotSkills::carry(const GraspPlan& plan, const Place& place,
                                const Eigen::Vector2d& slot) {
-  placement_ = plan_placement(plan, place, slot);
-  if (!placement_) return SkillResult::kUnreachable;
+  const auto delivery = plan_delivery(plan, place, slot, manipulator_.state().joints.q);
+  if (!delivery) return SkillResult::kUnreachable;
+  placement_ = delivery->placement;
   enter(ContactPhase::kGrasp, options_.loaded_collision_force);
-  return travel(parts_.planner.plan(manipulator_.state().joints.q, placement_->T_world_above),
-                options_.loaded_motion, watching_load());
+  const JointTrajectory way(delivery->path, parts_.model.limits(), options_.loaded_motion);
+  const SkillResult end = to_result(manipulator_.follow(way, watching_load()), true);
+  if (end == SkillResult::kDone && options_.strategy.verification && !still_holds()) {
+    return SkillResult::kSlipped;
+  }
+  return end;
 }
 
-std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
-    const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) const {
+bool RobotSkills::still_holds() {
+  manipulator_.hold(kSettleTime, {.on_collision = false});
+  // The weight is in the controller's model already: what is felt is what is missing.
+  const double width = manipulator_.state().gripper.width;
+  return std::abs(width - hold_.width) < options_.width_tolerance &&
+         manipulator_.missing_weight(kWeighTime) < (1.0 - options_.least_load) * hold_.mass;
+}
+
+std::optional<RobotSkills::Delivery> RobotSkills::plan_delivery(const GraspPlan& plan,
+                                                                const Place& place,
+                                                                const Eigen::Vector2d& slot,
+                                                                const JointVector& q) const {
+  for (const Placement& placement : placements(plan, place, slot, q)) {
+    if (auto path = parts_.planner.plan(q, placement.T_world_above)) {
+      return Delivery{placement, std::move(*path)};
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<RobotSkills::Placement> RobotSkills::placements(const GraspPlan& plan,
+                                                            const Place& place,
+                                                            const Eigen::Vector2d& slot,
+                                                            const JointVector& q) const {
   const Eigen::Isometry3d T_object_tcp = plan.grasp->T_object_grasp;
   const Eigen::Matrix3d R_world_object =
       upright_rotation(plan.detection.T_scene_model.linear(), *plan.object) *
@@ -222,8 +322,7 @@ std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
   const double above =
       std::max(place.rim_height, parts_.layout.table_height) + options_.lift_height;
 
-  std::optional<Placement> best;
-  double best_cost = std::numeric_limits<double>::infinity();
+  std::vector<Placement> reached;
   for (int i = 0; i < kYaws; ++i) {
     const double yaw = 2.0 * std::numbers::pi * i / kYaws;
     const Eigen::Isometry3d T_world_object =
@@ -231,17 +330,16 @@ std::optional<RobotSkills::Placement> RobotSkills::plan_placement(
     const Eigen::Isometry3d T_world_release = T_world_object * T_object_tcp;
     const double clear = above - lowest_point(T_world_object, plan.object->mesh);
     const Eigen::Isometry3d T_world_above = raised(T_world_release, clear);
-    const IkResult q_above = parts_.kinematics.solve(T_world_above, manipulator_.state().joints.q);
+    const IkResult q_above = parts_.kinematics.solve(T_world_above, q);
     const IkResult q_release = parts_.kinematics.solve(T_world_release, parts_.layout.overview);
     if (!q_above || !q_release) continue;
     const double cost = kOverflowWeight * overflow(T_world_object, *plan.object, place) -
                         std::min(q_above->margin, q_release->margin);
-    if (cost < best_cost) {
-      best_cost = cost;
-      best = Placement{T_world_above, T_world_release};
-    }
+    reached.push_back({T_world_above, T_world_release, cost});
   }
-  return best;
+  std::stable_sort(reached.begin(), reached.end(),
+                   [](const Placement& a, const Placement& b) { return a.cost < b.cost; });
+  return reached;
 }
 
 // State 6.
@@ -254,22 +352,68 @@ SkillResult RobotSkills::place(const GraspPlan&, const Place&, const Eigen::Vect
   const MotionEnd lowering =
       manipulator_.move_line(raised(placement_->T_world_release, -options_.place_clearance),
                              CartesianMotionLimits::at_speed(options_.lower_speed), until_contact);
+  let_go();
+  withdraw(parts_.layout.transfer_height);
+  return lowering == MotionEnd::kLost ? SkillResult::kSlipped : SkillResult::kDone;
+}
 
+void RobotSkills::let_go() {
   GripperCommand release = options_.grip;
   release.width = std::min(manipulator_.state().gripper.width + options_.release_margin,
                            parts_.gripper.stroke.high);
   manipulator_.move_gripper(release);
   manipulator_.controller().clear_payload();
   manipulator_.hold(kReleaseTime, {.on_collision = false});
+}
+
+std::vector<Eigen::Vector3d> RobotSkills::unrecognized_surface() {
+  const std::vector<Eigen::Vector3d> above_table =
+      clearance_->points_within(parts_.layout.pick_region);
+  if (std::ssize(above_table) < kLeastSurface) return {};
+  const auto highest = std::max_element(
+      above_table.begin(), above_table.end(),
+      [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.z() < b.z(); });
+  std::vector<Eigen::Vector3d> near;
+  for (const Eigen::Vector3d& p_world : above_table) {
+    if ((p_world - *highest).head<2>().norm() < kObjectRadius) near.push_back(p_world);
+  }
+  return near;
+}
+
+SkillResult RobotSkills::push(const std::vector<Eigen::Vector3d>& surface) {
+  std::optional<TransferPlanner::Path> path;
+  const auto feasible = [&](const Push& push) {
+    path = parts_.planner.plan(manipulator_.state().joints.q, push.T_world_before);
+    if (!path) return false;
+    const auto q_start = after_line(push.T_world_before, push.T_world_start, path->back());
+    return q_start && after_line(push.T_world_start, push.T_world_end, *q_start);
+  };
+  const std::optional<Push> push = plan_push(surface, parts_.layout, parts_.gripper, feasible);
+  if (!push) return SkillResult::kUnreachable;
+
+  enter(ContactPhase::kFree, options_.collision_force);
+  manipulator_.command_gripper(
+      {parts_.gripper.stroke.low, options_.grip.speed, options_.grip.force});
+  const SkillResult end = travel(path, options_.free_motion, {});
+  if (end != SkillResult::kDone) return end;
+  manipulator_.controller().set_stiffness(options_.stiffness);
+  enter(ContactPhase::kApproach, options_.collision_force);
+  MotionEnd pushed = manipulator_.move_line(
+      push->T_world_start, CartesianMotionLimits::at_speed(options_.approach_speed));
+  if (pushed == MotionEnd::kArrived) {
+    enter(ContactPhase::kGrasp, options_.loaded_collision_force);
+    pushed = manipulator_.move_line(push->T_world_end,
+                                    CartesianMotionLimits::at_speed(options_.approach_speed));
+  }
   withdraw(parts_.layout.transfer_height);
-  return lowering == MotionEnd::kLost ? SkillResult::kFailedGrasp : SkillResult::kDone;
+  return to_result(pushed, false);
 }
 
 SkillResult RobotSkills::travel(const std::optional<TransferPlanner::Path>& path,
                                 const JointMotionOptions& motion, const MotionStops& stops) {
   if (!path) return SkillResult::kUnreachable;
   return to_result(
-      manipulator_.follow(JointTrajectory(*path, parts_.model.limits(), motion), stops));
+      manipulator_.follow(JointTrajectory(*path, parts_.model.limits(), motion), stops), false);
 }
 
 }  // namespace binpick

@@ -6,8 +6,10 @@
 #include "control/grasp_clearance.h"
 #include "control/inverse_kinematics.h"
 #include "control/manipulation_automaton.h"
+#include "control/manipulation_strategy.h"
 #include "control/manipulator.h"
 #include "control/perception.h"
+#include "control/push_planner.h"
 #include "control/transfer_planner.h"
 #include "models/gripper_description.h"
 
@@ -37,6 +39,15 @@ struct SkillOptions {
   GripperCommand grip{0.0, 0.1, 40.0};
   double release_margin = 0.03;   ///< the jaws open this much beyond the held width, m
   double place_clearance = 0.01;  ///< lowering may end this far below the expected height, m
+
+  ManipulationStrategy strategy;
+  /// Verification: what is held is as wide as the grasp expects, give or take this, m. Half of what
+  /// a pad on a corner instead of a face makes.
+  double width_tolerance = 0.025;
+  /// Verification: it weighs at least this share of the lightest known object of its kind.
+  double least_load = 0.5;
+  /// Second look: a view is doubtful when one of its detections is less likely than this.
+  double doubtful_confidence = 0.9;
 };
 
 /// The skills of the automaton on a robot arm: perception, grasp execution and soft placing with
@@ -52,12 +63,15 @@ class RobotSkills final : public ManipulationSkills {
     const TransferPlanner& planner;
     const GripperDescription& gripper;
     const CellLayout& layout;
+    const std::vector<ObjectModel>& objects;
   };
   RobotSkills(const Parts& parts, const SkillOptions& options);
 
   void go_to_overview() override;
   [[nodiscard]] std::vector<Detection> recognize() override;
   [[nodiscard]] int obstruction(const GraspPlan& plan) override;
+  [[nodiscard]] bool has_way(const GraspPlan& plan, const Place& place,
+                             const Eigen::Vector2d& slot) override;
   /// Transfer to the projected grasp, then `execute_grasp`.
   [[nodiscard]] SkillResult grasp(const GraspPlan& plan) override;
   [[nodiscard]] SkillResult carry(const GraspPlan& plan, const Place& place,
@@ -65,16 +79,29 @@ class RobotSkills final : public ManipulationSkills {
   [[nodiscard]] SkillResult place(const GraspPlan& plan, const Place& place,
                                   const Eigen::Vector2d& slot) override;
 
+  [[nodiscard]] std::vector<Eigen::Vector3d> unrecognized_surface() override;
+  [[nodiscard]] SkillResult push(const std::vector<Eigen::Vector3d>& surface) override;
+
   /// From the projected grasp: 0.1 m along the approach vector, jaws closed, lifted.
   [[nodiscard]] SkillResult execute_grasp(const GraspPlan& plan);
 
   [[nodiscard]] Manipulator& manipulator() noexcept { return manipulator_; }
 
  private:
-  /// Where the tool goes to put the held object down.
+  /// Where the tool goes to put the held object down, and on which way.
   struct Placement {
     Eigen::Isometry3d T_world_above;
     Eigen::Isometry3d T_world_release;
+    double cost = 0.0;
+  };
+  struct Delivery {
+    Placement placement;
+    TransferPlanner::Path path;
+  };
+  /// What is between the jaws after lifting.
+  struct Hold {
+    double width = 0.0;  ///< m
+    double mass = 0.0;   ///< kg
   };
 
   void enter(ContactPhase phase, double collision_force);
@@ -82,16 +109,34 @@ class RobotSkills final : public ManipulationSkills {
   [[nodiscard]] SkillResult travel(const std::optional<TransferPlanner::Path>& path,
                                    const JointMotionOptions& motion, const MotionStops& stops);
   void withdraw(double height);
+  [[nodiscard]] std::vector<Detection> look();
+  [[nodiscard]] const ObjectModel* find_object(const std::string& name) const;
+  /// The straight way from one tool pose to another; where the arm is then, nothing if it cannot.
+  [[nodiscard]] std::optional<JointVector> after_line(const Eigen::Isometry3d& T_world_start,
+                                                      const Eigen::Isometry3d& T_world_goal,
+                                                      const JointVector& q) const;
   void weigh();
+  [[nodiscard]] bool holds_as_planned(const GraspPlan& plan) const;
+  [[nodiscard]] bool still_holds();
+  /// Down to where it was grasped, or until contact, and let go.
+  void put_back(const GraspPlan& plan);
+  void let_go();
   [[nodiscard]] MotionStops watching_load() const;
-  [[nodiscard]] std::optional<Placement> plan_placement(const GraspPlan& plan, const Place& place,
-                                                        const Eigen::Vector2d& slot) const;
+  /// Placements that the arm reaches from `q`, the best first.
+  [[nodiscard]] std::vector<Placement> placements(const GraspPlan& plan, const Place& place,
+                                                  const Eigen::Vector2d& slot,
+                                                  const JointVector& q) const;
+  /// The best placement that there is a path to from `q`.
+  [[nodiscard]] std::optional<Delivery> plan_delivery(const GraspPlan& plan, const Place& place,
+                                                      const Eigen::Vector2d& slot,
+                                                      const JointVector& q) const;
 
   Parts parts_;
   SkillOptions options_;
   Manipulator manipulator_;
   std::optional<GraspClearance> clearance_;
   std::optional<Placement> placement_;
+  Hold hold_;
 };
 
 }  // namespace binpick

@@ -189,6 +189,12 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
   if (grasp == SkillResult::kFailedGrasp) {
     return fail(record, TrialOutcome::kFailedGrasp, TrialStage::kGrasp);
   }
+  if (grasp == SkillResult::kSlipped) {
+    return fail(record, TrialOutcome::kSlipped, TrialStage::kGrasp);
+  }
+  if (grasp == SkillResult::kLoadedCollision) {
+    return fail(record, TrialOutcome::kCollisionAbort, TrialStage::kGrasp);
+  }
   context.enter(TrialStage::kJudge);
   skills.manipulator().hold(parameters_.hold_time, {.on_collision = false});
   record.measures["jaw_width_m"] = robot.state().gripper.width;

@@ -17,7 +17,8 @@ namespace binpick {
 /// known objects and the fixed layout of the cell. Immutable; shared by the trials of a worker.
 class RobotKnowledge {
  public:
-  RobotKnowledge(CellLayout layout, std::vector<ObjectModel> objects);
+  RobotKnowledge(CellLayout layout, std::vector<ObjectModel> objects,
+                 const GraspSelectionOptions& selection = {});
   RobotKnowledge(const RobotKnowledge&) = delete;
   RobotKnowledge& operator=(const RobotKnowledge&) = delete;
 

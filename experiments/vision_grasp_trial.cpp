@@ -19,9 +19,12 @@ constexpr double kSettleLimit = 5.0;  // of a single object, s
 TrialOutcome outcome_of(SkillResult result) {
   switch (result) {
     case SkillResult::kCollision:
+    case SkillResult::kLoadedCollision:
       return TrialOutcome::kCollisionAbort;
     case SkillResult::kFailedGrasp:
       return TrialOutcome::kFailedGrasp;
+    case SkillResult::kSlipped:
+      return TrialOutcome::kSlipped;
     case SkillResult::kUnreachable:
       return TrialOutcome::kUnreachable;
     case SkillResult::kDone:

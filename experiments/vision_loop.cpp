@@ -22,6 +22,8 @@ TrialStage stage_of(AutomatonState state) {
       return TrialStage::kCarry;
     case AutomatonState::kPlaceDown:
       return TrialStage::kPlace;
+    case AutomatonState::kRearrange:
+      return TrialStage::kSelect;
     case AutomatonState::kHalted:
       break;
   }
@@ -38,6 +40,15 @@ class ObservedSkills final : public ManipulationSkills {
   void go_to_overview() override { skills_.go_to_overview(); }
   std::vector<Detection> recognize() override { return skills_.recognize(); }
   int obstruction(const GraspPlan& plan) override { return skills_.obstruction(plan); }
+  bool has_way(const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) override {
+    return skills_.has_way(plan, place, slot);
+  }
+  std::vector<Eigen::Vector3d> unrecognized_surface() override {
+    return skills_.unrecognized_surface();
+  }
+  SkillResult push(const std::vector<Eigen::Vector3d>& surface) override {
+    return skills_.push(surface);
+  }
   SkillResult grasp(const GraspPlan& plan) override {
     attempts_.push_back({plan, referee_.match(plan.detection)});
     return attempts_.back().grasp = skills_.grasp(plan);

@@ -52,7 +52,10 @@ class ScriptedSkills : public ManipulationSkills {
   std::deque<std::vector<Detection>> views;
   std::deque<SkillResult> grasps;
   std::deque<SkillResult> carries;
+  std::deque<SkillResult> pushes;
+  std::deque<std::vector<Eigen::Vector3d>> surfaces;
   std::set<std::string> obstructed;
+  std::set<std::string> unreachable;
   std::vector<std::string> log;
 
   void go_to_overview() override { log.push_back("overview"); }
@@ -62,6 +65,14 @@ class ScriptedSkills : public ManipulationSkills {
   }
   int obstruction(const GraspPlan& plan) override {
     return obstructed.contains(plan.grasp->name) ? 50 : 0;
+  }
+  bool has_way(const GraspPlan& plan, const Place&, const Eigen::Vector2d&) override {
+    return !unreachable.contains(plan.grasp->name);
+  }
+  std::vector<Eigen::Vector3d> unrecognized_surface() override { return take(surfaces, {}); }
+  SkillResult push(const std::vector<Eigen::Vector3d>&) override {
+    log.push_back("push");
+    return take(pushes, SkillResult::kDone);
   }
   SkillResult grasp(const GraspPlan& plan) override {
     log.push_back("grasp " + plan.grasp->name);
