@@ -10,26 +10,12 @@ namespace {
 
 constexpr double kLongestPeriod = 0.1;  // s
 
-// No joint may come nearer to the speed that is allowed than exponentially with this time constant:
-//   sign(qd) qdd <= (allowed - |qd|) / kBarrierTime,
-// a control barrier function (Ames et al. 2019). It only ever takes energy out. Nor may it
-// accelerate so much that its torque, which falls no faster than the rate limit r, would carry it
-// beyond:
-//   qdd^2 M_ii / (2 r) <= allowed - |qd|.
-constexpr double kTopSpeed = 0.92;      // share of the speed limit that is allowed
-constexpr double kBarrierTime = 0.008;  // s
-constexpr int kBarrierSweeps = 20;
-constexpr double kBarrierTolerance = 0.1;  // rad/s^2
-// Below this share of the allowed speed a joint is not watched: it may be leaning on something.
-constexpr double kWatchedShare = 0.5;
 // Fixed-point steps towards qb per tick, which go on from the last tick's; each takes out at least
 // three quarters of the error (the Cartesian stiffness against that of the joints).
 constexpr int kStaticSteps = 2;
 constexpr int kFirstStaticSteps = 12;
 // A virtual spring that pulls with this share of its limit is wound up.
 constexpr double kWoundUp = 0.25;
-// Towards a position limit no joint may be faster than this times the way that is left, 1/s.
-constexpr double kLimitApproach = 1.0 / 0.03;
 
 bool finite(const JointState& state) noexcept {
   return state.q.allFinite() && state.qd.allFinite() && state.tau.allFinite() &&
@@ -69,7 +55,8 @@ ArmController::ArmController(const ArmModel& model, const ArmControllerOptions& 
       joint_(model.limits(), options.joint),
       observer_(options.observer),
       monitor_(ContactThresholds::for_phase(ContactPhase::kFree, model.limits())),
-      limiter_(model.limits(), options.limiter) {
+      limiter_(model.limits(), options.limiter),
+      barrier_(model.limits(), options.limiter.rate) {
   options_.validate();
   status_.dynamics = model_.evaluate(JointVector::Zero(), JointVector::Zero());
   status_.T_world_tcp = status_.dynamics.T_world_tcp;
@@ -158,15 +145,17 @@ JointVector ArmController::tick(const JointState& state, double dt) noexcept {
   if (mode_ == ControlMode::kSafeStop) return safe_stop(qd(), dt);
   if (hold_) hold_present_pose();
 
-  const JointVector control = within_joint_limits(control_torques(dt));
-  const std::optional<JointVector> tau = limiter_.limit(dynamics().gravity, control, dt);
-  if (!tau) {
+  const std::optional<JointVector> limited =
+      limiter_.limit(dynamics().gravity, control_torques(dt), dt);
+  if (!limited) {
     raise(ControlFault::kBadTarget);
     return safe_stop(qd(), dt);
   }
+  const JointVector tau = within_joint_limits(*limited, dt);
+  limiter_.start(tau);
   status_.mode = mode_;
   status_.torque_share = limiter_.share();
-  return *tau;
+  return tau;
 }
 
 void ArmController::sense(const JointState& state, double dt) noexcept {
@@ -307,46 +296,15 @@ JointVector ArmController::control_torques(double dt) noexcept {
   return tau;
 }
 
-JointVector ArmController::within_joint_limits(JointVector control) const noexcept {
-  const JointLimits& limits = model_.limits();
-  JointVector forward;  // +1 or -1: where a fast joint goes; 0 for one that needs no watching
-  JointVector left;     // of the speed that is allowed, rad/s
-  for (int i = 0; i < kArmJoints; ++i) {
-    // Elastic joints: the faster of motor and link.
-    const double rate = std::abs(status_.qd[i]) > std::abs(qd()[i]) ? status_.qd[i] : qd()[i];
-    const double room = rate > 0.0 ? limits.upper[i] - q()[i] : q()[i] - limits.lower[i];
-    const double allowed =
-        std::min(kTopSpeed * limits.velocity[i], kLimitApproach * std::max(room, 0.0));
-    forward[i] = std::abs(rate) > kWatchedShare * allowed ? std::copysign(1.0, rate) : 0.0;
-    left[i] = allowed - std::abs(rate);
-  }
-  if (forward.isZero(0.0)) return control;
-
-  // A joint's own torque is what keeps it back: joint by joint, until all keep to theirs.
-  JointVector qdd = space().acceleration_of(control - dynamics().coriolis);
-  JointMatrix response = JointMatrix::Zero();  // to a torque of each joint that is braked
-  const double half_by_rate = 0.5 / options_.limiter.rate;
-  for (int sweep = 0; sweep < kBarrierSweeps; ++sweep) {
-    bool kept = true;
+JointVector ArmController::within_joint_limits(const JointVector& tau, double dt) const noexcept {
+  JointVector rate = qd();
+  if (options_.joints) {
     for (int i = 0; i < kArmJoints; ++i) {
-      const double speeding_up = forward[i] * qdd[i];
-      const double per_rate = half_by_rate * dynamics().M(i, i);
-      if (speeding_up * kBarrierTime <= left[i] &&
-          (speeding_up <= 0.0 || speeding_up * speeding_up * per_rate <= left[i])) {
-        continue;
-      }
-      if (forward[i] == 0.0) continue;
-      const double most =
-          std::min(left[i] / kBarrierTime, std::sqrt(std::max(left[i], 0.0) / per_rate));
-      if (response(i, i) == 0.0) response.col(i) = space().acceleration_of(JointVector::Unit(i));
-      const double brake = forward[i] * (speeding_up - most) / response(i, i);
-      control[i] -= brake;
-      qdd -= brake * response.col(i);
-      kept = kept && speeding_up - most < kBarrierTolerance;
+      if (std::abs(status_.qd[i]) > std::abs(rate[i])) rate[i] = status_.qd[i];
     }
-    if (kept) break;
   }
-  return control;
+  return barrier_.keep(tau, limiter_.range(), {dynamics(), space(), q(), rate, status_.residual},
+                       dt);
 }
 
 void ArmController::raise(ControlFault fault) noexcept {

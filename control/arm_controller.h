@@ -10,6 +10,7 @@
 #include "control/disturbance_observer.h"
 #include "control/elastic_joints.h"
 #include "control/joint_impedance.h"
+#include "control/joint_limit_barrier.h"
 #include "control/operational_space.h"
 #include "control/torque_limiter.h"
 #include "models/robot.h"
@@ -147,8 +148,8 @@ class ArmController {
   /// Gravity and what the law in force asks for at rest, where it acts.
   [[nodiscard]] JointVector static_torques() const noexcept;
   [[nodiscard]] JointVector control_torques(double dt) noexcept;
-  /// `control` without what would drive a joint beyond its speed limit or into its position limit.
-  [[nodiscard]] JointVector within_joint_limits(JointVector control) const noexcept;
+  /// `tau` without what would drive a joint beyond its speed limit or into its position limit.
+  [[nodiscard]] JointVector within_joint_limits(const JointVector& tau, double dt) const noexcept;
   /// Enters the safe stop; the first fault is remembered.
   void raise(ControlFault fault) noexcept;
   /// Gravity compensation and a brake against `qd`.
@@ -175,6 +176,7 @@ class ArmController {
   DisturbanceObserver observer_;
   ContactMonitor monitor_;
   TorqueLimiter limiter_;
+  JointLimitBarrier barrier_;
 
   ControlMode mode_ = ControlMode::kJoint;
   bool hold_ = true;      ///< the next tick takes the measured pose as its target

@@ -26,12 +26,11 @@ std::optional<JointVector> TorqueLimiter::limit(const JointVector& gravity,
     if (std::abs(control[i]) > room) share_ = std::min(share_, room / std::abs(control[i]));
   }
   // Gravity alone is beyond a joint's limit only in poses that the arm cannot hold at all.
-  const JointVector wanted = (gravity + share_ * control).cwiseMax(-effort_).cwiseMin(effort_);
   if (!last_) last_ = gravity.cwiseMax(-effort_).cwiseMin(effort_);
   const JointVector step = JointVector::Constant(options_.rate * dt);
-  const JointVector highest = *last_ + step;
-  const JointVector lowest = *last_ - step;
-  last_ = wanted.cwiseMax(lowest).cwiseMin(highest);
+  range_.highest = (*last_ + step).cwiseMin(effort_);
+  range_.lowest = (*last_ - step).cwiseMax(-effort_);
+  last_ = (gravity + share_ * control).cwiseMax(range_.lowest).cwiseMin(range_.highest);
   return last_;
 }
 

@@ -13,7 +13,13 @@ struct TorqueLimiterOptions {
   void validate() const;
 };
 
-/// The last thing before the motors: keeps torques within effort and rate limits.
+/// Which torques each joint may have in a period, Nm.
+struct TorqueRange {
+  JointVector lowest = JointVector::Zero();
+  JointVector highest = JointVector::Zero();
+};
+
+/// Keeps torques within effort and rate limits.
 class TorqueLimiter {
  public:
   TorqueLimiter(const JointLimits& limits, const TorqueLimiterOptions& options);
@@ -25,6 +31,8 @@ class TorqueLimiter {
   [[nodiscard]] std::optional<JointVector> limit(const JointVector& gravity,
                                                  const JointVector& control, double dt) noexcept;
 
+  /// What effort and rate limits allowed at the last call.
+  [[nodiscard]] const TorqueRange& range() const noexcept { return range_; }
   /// Sets the torques from which the rate limit starts. Before the first call of limit() these are
   /// the gravity torques of that call.
   void start(const JointVector& tau) noexcept { last_ = tau; }
@@ -36,6 +44,7 @@ class TorqueLimiter {
   TorqueLimiterOptions options_;
   JointVector effort_;
   std::optional<JointVector> last_;
+  TorqueRange range_;
   double share_ = 1.0;
 };
 

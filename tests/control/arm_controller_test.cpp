@@ -95,14 +95,12 @@ TEST(ArmController, ZeroingTakesSensorOffsetsAway) {
 }
 
 TEST(ArmController, StaysWithinTheLimitsForAFarSetPoint) {
-  // The checks of every tick are the test: torque, its rate, joint positions and speeds (on the
-  // latter see LimitsPhysics).
+  // The checks of every tick are the test: torque, its rate, joint positions and speeds.
   const ArmModel model = testing::make_arm();
   Random random(derive_seed(11, "far"));
   for (const JointVector& pose : test_poses()) {
     for (int trial = 0; trial < 3; ++trial) {
       ControlledArm arm(model, pose);
-      arm.speed_limit = 1.4;
       arm.tick();
       CartesianTarget far{.T_world_tcp = model.forward_kinematics(pose)};
       far.T_world_tcp.translation() += 1.0 * random.unit_vector();

@@ -31,7 +31,6 @@ TEST(CollisionPhysics, NoFalseAlarmInFastFreeMotions) {
     ControlledArm arm(model, wrong_masses(0.03, random), from);
     arm.torque_noise = 0.1;
     // Some lines at 0.8 m/s ask a joint for far more than its limit.
-    if (!joint_motion) arm.speed_limit = kPushedAbout;
     const double duration = (joint_motion ? joints.duration() : line.duration()) + 0.1;
     for (double t = kControlPeriod; t < duration; t += kControlPeriod) {
       if (joint_motion) {
@@ -80,7 +79,6 @@ struct Impact {
 };
 Impact run_into_wall(const JointVector& pose, const Eigen::Vector3d& direction, double speed,
                      double stiffness, ControlledArm& arm) {
-  arm.speed_limit = kPushedAbout;
   const ArmModel& model = arm.plant.model();
   const CartesianTrajectory line = line_from(arm.controller.model(), pose, 0.16 * direction, speed);
   const double plane = -direction.dot(model.forward_kinematics(pose).translation()) - 0.1;

@@ -74,7 +74,6 @@ TEST(CollisionReaction, StopHoldsWithTheSpringCancelled) {
 
 TEST(CollisionReaction, FloatYieldsToPushesAndThenHolds) {
   DescentToAFloor descent(Reaction::kFloat, {.float_time = 0.6});
-  descent.arm.speed_limit = kPushedAbout;
   descent.run(1.0);
   ASSERT_EQ(descent.reaction.state(), State::kFloating);
   EXPECT_EQ(descent.arm.controller.status().mode, ControlMode::kFloating);

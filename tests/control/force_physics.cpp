@@ -38,7 +38,6 @@ Contact touch(const JointVector& pose, double surface, const Case& c, bool elast
   options.observer.gain = 100.0;
   ControlledArm arm(model, elastic ? ArmPlant(model, pose, ideal_drives()) : ArmPlant(model, pose),
                     options);
-  arm.speed_limit = kPushedAbout;
   const Eigen::Vector3d down(0, 0, -0.1 - kOvershoot);
   const CartesianTrajectory line = line_from(model, pose, down, c.speed);
   const double height = model.forward_kinematics(pose).translation().z() - 0.1;

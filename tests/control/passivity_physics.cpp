@@ -96,7 +96,6 @@ TEST(PassivityPhysics, ElasticArmUnderTheFullLaw) {
         const DriveDescription drives =
             load_lwr_drives().with_friction(friction).with_ideal_sensors();
         ControlledArm arm(*belief, ArmPlant(model, pose, drives), options);
-        arm.speed_limit = kPushedAbout;
         const Eigen::Isometry3d T = model.forward_kinematics(pose);
         arm.controller.set_cartesian_target({.T_world_tcp = T});
         options.cartesian.inertia_cap = joints.inertia_cap;

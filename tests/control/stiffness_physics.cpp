@@ -37,7 +37,6 @@ class StiffnessPhysics : public ::testing::TestWithParam<int> {
   Vector6 displacement_under(const Vector6& wrench, const Vector6& stiffness,
                              const DriveDescription& drives) {
     ControlledArm arm(model_, ArmPlant(model_, pose_, drives), with_stiffness(stiffness));
-    arm.speed_limit = kPushedAbout;
     arm.controller.set_posture(pose_);
     arm.controller.set_cartesian_target({.T_world_tcp = T_world_target_});
     const ArmPlant::External load = wrench_at_tool(to_world(T_world_target_, wrench));
@@ -111,7 +110,6 @@ TEST_P(StiffnessPhysics, PushOnTheElbowMovesTheToolAsStaticsSays) {
     options.cartesian.posture_stiffness = 100.0;
     options.cartesian.posture_energy = 20.0;
     ControlledArm arm(model_, model_, pose_, options);
-    arm.speed_limit = kPushedAbout;
     arm.controller.set_posture(pose_);
     arm.controller.set_cartesian_target({.T_world_tcp = T_world_target_});
     const Eigen::Vector3d force = Eigen::Vector3d(0.0, 30.0, 0.0);
