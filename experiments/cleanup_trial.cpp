@@ -10,23 +10,26 @@
 namespace binpick {
 namespace {
 
+/// How many attempts ended how: the failures from which the robot recovered, too.
 void count_attempts(const VisionLoopResult& result, TrialRecord& record) {
-  int correct = 0;
-  int collisions = 0;
-  int failed_grasps = 0;
-  int lost = 0;
-  for (const GraspAttempt& attempt : result.attempts) {
-    if (attempt.match && attempt.match->correct()) ++correct;
-    if (attempt.grasp == SkillResult::kCollision) ++collisions;
-    if (attempt.grasp == SkillResult::kFailedGrasp) ++failed_grasps;
-    if (attempt.carry != SkillResult::kDone || attempt.place != SkillResult::kDone) ++lost;
+  std::map<std::string, double>& measures = record.measures;
+  measures["attempts"] = static_cast<double>(result.attempts.size());
+  measures["pushes"] = result.pushes;
+  measures["placed_by_belief"] = result.automaton.placed;
+  for (const char* name : {"attempts_correct_pose", "unreachable", "approach_collisions",
+                           "empty_grasps", "loaded_collisions", "slips"}) {
+    measures[name] = 0.0;
   }
-  record.measures["attempts"] = static_cast<double>(result.attempts.size());
-  record.measures["attempts_correct_pose"] = correct;
-  record.measures["collisions"] = collisions;
-  record.measures["failed_grasps"] = failed_grasps;
-  record.measures["lost_on_the_way"] = lost;
-  record.measures["placed_by_belief"] = result.automaton.placed;
+  for (const GraspAttempt& attempt : result.attempts) {
+    if (attempt.match && attempt.match->correct()) ++measures["attempts_correct_pose"];
+    const AttemptEnd end = end_of(attempt);
+    if (end.outcome == TrialOutcome::kUnreachable) ++measures["unreachable"];
+    if (end.outcome == TrialOutcome::kFailedGrasp) ++measures["empty_grasps"];
+    if (end.outcome == TrialOutcome::kSlipped) ++measures["slips"];
+    if (end.outcome == TrialOutcome::kCollisionAbort) {
+      ++measures[end.stage == TrialStage::kApproach ? "approach_collisions" : "loaded_collisions"];
+    }
+  }
 }
 
 std::string list_objects(const World& world, const std::vector<int>& objects) {
@@ -39,24 +42,33 @@ std::string list_objects(const World& world, const std::vector<int>& objects) {
   return text;
 }
 
+/// How the last attempt to grasp one of `objects` ended. Set down for good and yet not in place:
+/// dropped. Never tried: dropped before, by the robot's other doings.
+AttemptEnd last_end(const VisionLoopResult& result, const std::vector<int>& objects) {
+  const auto last = std::find_if(
+      result.attempts.rbegin(), result.attempts.rend(), [&](const GraspAttempt& attempt) {
+        return attempt.match &&
+               std::find(objects.begin(), objects.end(), attempt.match->object) != objects.end();
+      });
+  if (last == result.attempts.rend()) return {TrialOutcome::kDropped, TrialStage::kJudge};
+  if (last->done()) return {TrialOutcome::kDropped, TrialStage::kPlace};
+  return end_of(*last);
+}
+
 /// The outcome of a run that left objects behind: what the robot was missing them by.
 void explain_failure(const World& world, const Referee& referee, const VisionLoopResult& result,
                      const std::vector<int>& misplaced, TrialRecord& record) {
-  record.note = "not in place: " + list_objects(world, misplaced);
   const std::vector<int> in_sight = referee.objects_in_pick_region();
+  AttemptEnd end = last_end(result, misplaced);
+  std::string note = "not in place: " + list_objects(world, misplaced);
   if (result.automaton.reason == HaltReason::kGaveUp) {
-    const AutomatonState last = result.automaton.events.back().state;
-    record.outcome = TrialOutcome::kTimeout;
-    record.stage =
-        last == AutomatonState::kSelectGrasp ? TrialStage::kSelect : TrialStage::kRecognize;
-    record.note += "; no progress for too long";
+    const bool graspless = result.automaton.events.back().state == AutomatonState::kSelectGrasp;
+    end = {TrialOutcome::kTimeout, graspless ? TrialStage::kSelect : TrialStage::kRecognize};
+    note += "; no progress for too long";
   } else if (!in_sight.empty()) {
-    record.outcome = TrialOutcome::kNothingDetected;
-    record.stage = TrialStage::kRecognize;
-  } else {
-    record.outcome = TrialOutcome::kDropped;
-    record.stage = TrialStage::kCarry;
+    end = {TrialOutcome::kNothingDetected, TrialStage::kRecognize};
   }
+  fail(record, end.outcome, end.stage, std::move(note));
 }
 
 }  // namespace
@@ -75,9 +87,9 @@ std::vector<std::filesystem::path> CleanupTrial::input_files(
 
 void CleanupTrial::prepare(const std::filesystem::path& config_directory) {
   const std::filesystem::path file = config_directory / scene_;
-  const std::string wanted = file.string() + '\n' + loop_.recognizer;
+  const std::string wanted = file.string() + '\n' + loop_.cell_key();
   if (loaded_ == wanted) return;
-  cell_ = std::make_unique<VisionCell>(file, loop_.recognizer_options());
+  cell_ = std::make_unique<VisionCell>(file, loop_);
   loaded_ = wanted;
 }
 
@@ -87,6 +99,7 @@ TrialRecord CleanupTrial::run(const TrialContext& context) {
   run_in_simulation(context, record,
                     [&](const TrialContext& observed) { clean_up(observed, record, result); });
   count_attempts(result, record);
+  mark_oracle(loop_, record);
   return record;
 }
 

@@ -16,23 +16,6 @@ namespace {
 
 constexpr double kSettleLimit = 5.0;  // of a single object, s
 
-TrialOutcome outcome_of(SkillResult result) {
-  switch (result) {
-    case SkillResult::kCollision:
-    case SkillResult::kLoadedCollision:
-      return TrialOutcome::kCollisionAbort;
-    case SkillResult::kFailedGrasp:
-      return TrialOutcome::kFailedGrasp;
-    case SkillResult::kSlipped:
-      return TrialOutcome::kSlipped;
-    case SkillResult::kUnreachable:
-      return TrialOutcome::kUnreachable;
-    case SkillResult::kDone:
-      break;
-  }
-  return TrialOutcome::kSuccess;
-}
-
 }  // namespace
 
 void VisionGraspTrial::Subject::visit(ConfigVisitor& visitor) {
@@ -46,6 +29,7 @@ void VisionGraspTrial::visit(ConfigVisitor& visitor) {
   visitor.text("object", object_);
   visitor.choice("scenario", scenario_, {"single", "pile"});
   visitor.text("pile_scene", pile_scene_, Presence::kRequired);
+  visitor.integer("attempts", attempts_, 1, 100);
   visitor.number("placing_radius", placing_radius_, {.min = 0.0, .max = 0.3});
   visitor.group("loop", [&](ConfigVisitor& group) { loop_.visit(group); });
   if (!visitor.reading()) return;
@@ -79,8 +63,8 @@ std::vector<std::filesystem::path> VisionGraspTrial::input_files(
 void VisionGraspTrial::prepare(const std::filesystem::path& config_directory) {
   config_directory_ = config_directory;
   const std::filesystem::path file = scene_file();
-  const std::string key = file.string() + '\n' + loop_.recognizer;
-  cell_ = &cells_.try_emplace(key, file, loop_.recognizer_options()).first->second;
+  const std::string key = file.string() + '\n' + loop_.cell_key();
+  cell_ = &cells_.try_emplace(key, file, loop_).first->second;
 }
 
 void VisionGraspTrial::place_single_object(World& world, Seed seed) const {
@@ -106,6 +90,7 @@ TrialRecord VisionGraspTrial::run(const TrialContext& context) {
   TrialRecord record;
   run_in_simulation(context, record,
                     [&](const TrialContext& observed) { attempt(observed, record); });
+  mark_oracle(loop_, record);
   return record;
 }
 
@@ -124,8 +109,9 @@ void VisionGraspTrial::attempt(const TrialContext& context, TrialRecord& record)
   }
   AutomatonOptions automaton;
   automaton.wanted_model = object_;
-  automaton.max_attempts = 1;
-  automaton.max_idle_cycles = automaton.looks_before_empty;
+  automaton.max_attempts = static_cast<int>(attempts_);
+  automaton.max_placed = 1;
+  automaton.max_idle_cycles = automaton.looks_before_empty + automaton.max_attempts - 1;
   VisionLoopResult result;
   run_vision_loop(*cell_, world, loop_, automaton, context, result);
   context.enter(TrialStage::kJudge);
@@ -134,6 +120,8 @@ void VisionGraspTrial::attempt(const TrialContext& context, TrialRecord& record)
 
 void VisionGraspTrial::judge(const World& world, const VisionLoopResult& result,
                              TrialRecord& record) const {
+  record.measures["attempts"] = static_cast<double>(result.attempts.size());
+  record.measures["pushes"] = result.pushes;
   if (result.attempts.empty()) {
     if (result.automaton.reason == HaltReason::kBelievedEmpty) {
       return fail(record, TrialOutcome::kNothingDetected, TrialStage::kRecognize,
@@ -141,23 +129,19 @@ void VisionGraspTrial::judge(const World& world, const VisionLoopResult& result,
     }
     return fail(record, TrialOutcome::kUnreachable, TrialStage::kSelect, "no feasible grasp");
   }
-  const GraspAttempt& attempt = result.attempts.front();
+  // The last attempt decides: either it put the object away, or the robot was left with it.
+  const GraspAttempt& attempt = result.attempts.back();
   const std::string& grasp = attempt.plan.grasp->name;
   record.note = grasp;
   record.measures["tilt_rad"] = attempt.plan.tilt;
   if (attempt.match) record.measures["mssd_m"] = attempt.match->mssd;
   if (!attempt.match || !attempt.match->correct()) {
     fail(record, TrialOutcome::kWrongPose, TrialStage::kRecognize, grasp);
-  } else if (attempt.grasp != SkillResult::kDone) {
-    fail(record, outcome_of(attempt.grasp), TrialStage::kGrasp, grasp);
-  } else if (attempt.carry != SkillResult::kDone) {
-    const bool lost = attempt.carry == SkillResult::kFailedGrasp;
-    fail(record, lost ? TrialOutcome::kSlipped : outcome_of(attempt.carry), TrialStage::kCarry,
-         grasp);
-  } else if (attempt.place != SkillResult::kDone) {
-    fail(record, TrialOutcome::kSlipped, TrialStage::kPlace, grasp);
+  } else if (!attempt.done()) {
+    const AttemptEnd end = end_of(attempt);
+    fail(record, end.outcome, end.stage, grasp);
   } else if (!Referee(world).in_designated_place(attempt.match->object)) {
-    fail(record, TrialOutcome::kDropped, TrialStage::kJudge, grasp);
+    fail(record, TrialOutcome::kDropped, TrialStage::kPlace, grasp);
   }
 }
 

@@ -9,8 +9,9 @@
 
 namespace binpick {
 
-/// Table 2 (IJRR 2012, sections 6.3.1 and 6.3.2): one attempt to recognize an object, grasp it and
-/// carry it to its place; the object stands alone or belongs to a pile. Protocol: docs/table2.md.
+/// Table 2 (IJRR 2012, sections 6.3.1 and 6.3.2): recognize an object, grasp it and carry it to its
+/// place, in one attempt unless the parameters grant more; the object stands alone or belongs to a
+/// pile. Protocol: docs/table2.md.
 class VisionGraspTrial final : public TrialKind {
  public:
   void visit(ConfigVisitor& visitor) override;
@@ -40,6 +41,7 @@ class VisionGraspTrial final : public TrialKind {
   std::string object_ = "bottle";
   std::string scenario_ = "single";
   std::string pile_scene_;
+  std::int64_t attempts_ = 1;
   double placing_radius_ = 0.12;  ///< of the single object round the pick region's centre, m
   VisionLoopParameters loop_;
 

@@ -18,6 +18,12 @@ namespace binpick {
 
 /// What the vision-based experiments have in common.
 struct VisionLoopParameters {
+  /// "camera": the recognizer on the depth image. "truth": the oracle TruthPerception.
+  std::string perception = "camera";
+  /// "paper": the paper's behaviour. "best": with every piece of the strategy. Read before the
+  /// pieces: a configuration may choose a setting and change single pieces.
+  std::string setting = "paper";
+  ManipulationStrategy strategy;
   std::string recognizer = "default";   ///< setting of the recognizer
   bool camera_noise = true;             ///< structured light, or an ideal depth camera
   double stiffness_translation = 2000;  ///< N/m
@@ -34,6 +40,8 @@ struct VisionLoopParameters {
   void visit(ConfigVisitor& visitor);
   [[nodiscard]] SkillOptions skill_options() const;
   [[nodiscard]] RecognizerOptions recognizer_options() const;
+  /// What a VisionCell is made from: equal texts may share one.
+  [[nodiscard]] std::string cell_key() const;
 };
 
 /// A cell in which the robot can see: compiled world, the robot's knowledge, its recognizer and the
@@ -44,7 +52,7 @@ struct VisionCell {
   std::shared_ptr<const Recognizer> recognizer;
   std::unique_ptr<DepthCamera> camera;
 
-  VisionCell(const std::filesystem::path& scene_file, const RecognizerOptions& options);
+  VisionCell(const std::filesystem::path& scene_file, const VisionLoopParameters& parameters);
 };
 
 /// One attempt to grasp, with the truth that the robot did not have.
@@ -54,13 +62,29 @@ struct GraspAttempt {
   SkillResult grasp = SkillResult::kDone;
   SkillResult carry = SkillResult::kDone;
   SkillResult place = SkillResult::kDone;
+
+  [[nodiscard]] bool done() const noexcept {
+    return grasp == SkillResult::kDone && carry == SkillResult::kDone &&
+           place == SkillResult::kDone;
+  }
 };
+
+/// The outcome and stage that an attempt is booked under; success if it was done.
+struct AttemptEnd {
+  TrialOutcome outcome = TrialOutcome::kSuccess;
+  TrialStage stage = TrialStage::kJudge;
+};
+[[nodiscard]] AttemptEnd end_of(const GraspAttempt& attempt) noexcept;
 
 /// What became of one run of the automaton.
 struct VisionLoopResult {
   AutomatonResult automaton;
   std::vector<GraspAttempt> attempts;
+  int pushes = 0;
 };
+
+/// Marks the records of trials whose robot was told the truth: measure `oracle_perception`.
+void mark_oracle(const VisionLoopParameters& parameters, TrialRecord& record);
 
 /// Closes the loop in a world that is ready: simulated robot, perception, skills and automaton,
 /// with the referee's notes beside them. The world's arm is that of `parameters`. Lets the
