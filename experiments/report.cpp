@@ -9,6 +9,7 @@
 #include "experiments/html.h"
 #include "experiments/recognition_report.h"
 #include "experiments/report_figures.h"
+#include "experiments/report_stiffness.h"
 #include "experiments/reproduce_line.h"
 #include "experiments/result_export.h"
 #include "experiments/result_summary.h"
@@ -54,6 +55,10 @@ details{margin:.4rem 0}summary{cursor:pointer}
 td code{background:var(--panel);padding:.1rem .35rem;border-radius:.25rem;user-select:all}
 ul{padding-left:1.2rem}
 a{color:var(--ours)}
+th.text{white-space:normal;min-width:8rem}
+table.map caption{text-align:left;color:var(--soft);padding-bottom:.3rem}
+table.map td{text-align:center;min-width:2.8rem;
+background:color-mix(in srgb,color-mix(in srgb,var(--ours) var(--rate),var(--paper)) 45%,transparent)}
 h3{font-size:1rem;margin:1.6rem 0 .4rem}
 article{break-inside:avoid}article p{margin:.3rem 0}
 article code{background:var(--panel);padding:.1rem .35rem;border-radius:.25rem;user-select:all;
@@ -107,6 +112,7 @@ class ReportPage {
     html_ += contact_section(experiment_);
     add_table();
     add_statements();
+    html_ += stiffness_section(experiment_, trials_, summary_);
     add_outcomes();
     add_measures();
     add_failures();

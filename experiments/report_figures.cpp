@@ -6,7 +6,7 @@ namespace binpick {
 namespace {
 
 constexpr double kWidth = 220.0;  // px, of the span from 0 to 100 %
-constexpr double kMargin = 12.0;   // px, on either side
+constexpr double kMargin = 12.0;  // px, on either side
 constexpr double kHeight = 26.0;  // px
 constexpr double kMiddle = kHeight / 2.0;
 

@@ -83,6 +83,7 @@ ColumnSummary summarize_column(const Experiment& experiment,
   if (paper.size() == ours.size()) {
     const Seed seed = derive_seed(static_cast<Seed>(experiment.config().seed), "bootstrap");
     column.comparison = compare_tables(ours, paper, seed);
+    if (ours.size() > 1) column.flat = flat_reference(ours, paper, seed);
   }
   return column;
 }

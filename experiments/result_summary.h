@@ -42,6 +42,7 @@ struct ColumnSummary {
   Proportion pooled;
   HomogeneityTest homogeneity;
   std::optional<TableComparison> comparison;  ///< when the paper has counts for all cells
+  std::optional<FlatReference> flat;          ///< likewise
 };
 
 /// Two neighbouring columns compared trial by trial under common random numbers (McNemar).

@@ -84,13 +84,23 @@ std::string of_column(const Experiment& experiment, const ColumnSummary& column)
   return fmt::format(" ({} {})", experiment.config().axes[*axis].name, column.label);
 }
 
-std::string comparison_statement(const TableComparison& comparison, const std::string& which) {
-  return fmt::format(
-      "paper's counts given our rates{}: deviance {:.1f}, bootstrap p = {:.2f}: {}; "
-      "log-likelihood {:+.2f} nats against one flat rate of {} (the paper's own table: {:+.2f})",
-      which, comparison.deviance, comparison.bootstrap_p,
-      comparison.bootstrap_p > kSignificance ? "compatible" : "not compatible",
-      comparison.gain_over_flat, percent_text(comparison.flat_rate), comparison.highest_gain);
+std::vector<std::string> comparison_statements(const ColumnSummary& column,
+                                               const std::string& which) {
+  const TableComparison& comparison = *column.comparison;
+  const FlatReference& flat = *column.flat;
+  const std::string flat_rate = percent_text(comparison.flat_rate);
+  return {
+      fmt::format("paper's counts given our rates{}: deviance {:.1f}, bootstrap p = {:.2f}: {}; a "
+                  "world of one flat rate of {} would pass this check in {:.0f} % of all cases",
+                  which, comparison.deviance, comparison.bootstrap_p,
+                  comparison.bootstrap_p > kSignificance ? "compatible" : "not compatible",
+                  flat_rate, 100.0 * flat.compatible_share),
+      fmt::format(
+          "log-likelihood of the paper's counts{}: {:+.2f} nats against the flat rate of {} "
+          "(the paper's own table: {:+.2f}); a flat world of as many trials would get {:+.2f} "
+          "to {:+.2f}, and more than 0 in {:.0f} % of all cases",
+          which, comparison.gain_over_flat, flat_rate, comparison.highest_gain, flat.gain.low,
+          flat.gain.high, 100.0 * flat.better_share)};
 }
 
 std::string gate_line(const GateResult& gate) {
@@ -122,8 +132,10 @@ std::vector<std::string> table_statements(const Experiment& experiment,
                       which, column.homogeneity.chi_square, column.homogeneity.degrees_of_freedom,
                       column.homogeneity.p));
     }
-    if (column.comparison && column.cells.size() > 1) {
-      statements.push_back(comparison_statement(*column.comparison, which));
+    if (column.comparison && column.flat) {
+      for (std::string& each : comparison_statements(column, which)) {
+        statements.push_back(std::move(each));
+      }
     }
   }
   for (const PairedComparison& pair : summary.pairs) {

@@ -1,5 +1,6 @@
 #include "experiments/table_comparison.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace binpick {
@@ -72,18 +73,23 @@ double bootstrap_p(const std::vector<Proportion>& ours, const std::vector<Propor
   return (at_least + 1.0) / (draws + 1.0);
 }
 
-}  // namespace
-
-HomogeneityTest test_homogeneity(const std::vector<Proportion>& cells) {
+Proportion pool(const std::vector<Proportion>& cells) {
   Proportion pooled;
-  int used = 0;
   for (const Proportion& cell : cells) {
     pooled.successes += cell.successes;
     pooled.trials += cell.trials;
-    used += cell.trials > 0 ? 1 : 0;
   }
+  return pooled;
+}
+
+}  // namespace
+
+HomogeneityTest test_homogeneity(const std::vector<Proportion>& cells) {
+  const Proportion pooled = pool(cells);
+  const auto used = std::count_if(cells.begin(), cells.end(),
+                                  [](const Proportion& cell) { return cell.trials > 0; });
   HomogeneityTest test;
-  test.degrees_of_freedom = used - 1;
+  test.degrees_of_freedom = static_cast<int>(used) - 1;
   const double rate = pooled.rate();
   if (used < 2 || rate == 0.0 || rate == 1.0) return test;
   for (const Proportion& cell : cells) {
@@ -99,12 +105,7 @@ HomogeneityTest test_homogeneity(const std::vector<Proportion>& cells) {
 TableComparison compare_tables(const std::vector<Proportion>& ours,
                                const std::vector<Proportion>& paper, Seed seed, int draws) {
   TableComparison comparison;
-  Proportion pooled;
-  for (const Proportion& cell : paper) {
-    pooled.successes += cell.successes;
-    pooled.trials += cell.trials;
-  }
-  comparison.flat_rate = pooled.rate();
+  comparison.flat_rate = pool(paper).rate();
   for (std::size_t i = 0; i < ours.size(); ++i) {
     const double flat = log_likelihood(paper[i], comparison.flat_rate);
     comparison.deviance += deviance_of(paper[i], smoothed_rate(ours[i]));
@@ -113,6 +114,32 @@ TableComparison compare_tables(const std::vector<Proportion>& ours,
   }
   comparison.bootstrap_p = bootstrap_p(ours, paper, comparison.deviance, seed, draws);
   return comparison;
+}
+
+FlatReference flat_reference(const std::vector<Proportion>& ours,
+                             const std::vector<Proportion>& paper, Seed seed, int worlds) {
+  constexpr int kDraws = 200;  // per world: the flat world's p value is far from the limit
+  const double rate = pool(paper).rate();
+  FlatReference reference;
+  std::vector<double> gains;
+  for (int world = 0; world < worlds; ++world) {
+    const Seed own = derive_seed(seed, static_cast<std::uint64_t>(world));
+    Random random(derive_seed(own, "flat world"));
+    std::vector<Proportion> flat;
+    for (const Proportion& cell : ours) {
+      flat.push_back({draw_binomial(cell.trials, rate, random), cell.trials});
+    }
+    const TableComparison comparison = compare_tables(flat, paper, own, kDraws);
+    reference.compatible_share += comparison.bootstrap_p > 0.05 ? 1.0 / worlds : 0.0;
+    reference.better_share += comparison.gain_over_flat > 0.0 ? 1.0 / worlds : 0.0;
+    gains.push_back(comparison.gain_over_flat);
+  }
+  std::sort(gains.begin(), gains.end());
+  const auto at = [&](double share) {
+    return gains[static_cast<std::size_t>(share * static_cast<double>(worlds - 1))];
+  };
+  reference.gain = {at(0.05), at(0.95)};
+  return reference;
 }
 
 }  // namespace binpick

@@ -39,4 +39,17 @@ struct TableComparison {
                                              const std::vector<Proportion>& paper, Seed seed,
                                              int draws = 20'000);
 
+/// What becomes of the comparison when the truth is one flat rate, the paper's pooled one, in all
+/// cells: a check that such a world passes as well says little.
+struct FlatReference {
+  double compatible_share = 0.0;  ///< of flat worlds with bootstrap_p above 0.05
+  double better_share = 0.0;      ///< of flat worlds with gain_over_flat above 0
+  Interval gain;                  ///< the middle 90 % of their gain_over_flat
+};
+
+/// Simulates `worlds` flat worlds of `ours`' numbers of trials and compares each with the paper.
+[[nodiscard]] FlatReference flat_reference(const std::vector<Proportion>& ours,
+                                           const std::vector<Proportion>& paper, Seed seed,
+                                           int worlds = 100);
+
 }  // namespace binpick
