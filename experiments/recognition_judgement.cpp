@@ -1,7 +1,7 @@
 #include "experiments/recognition_judgement.h"
 
 #include <algorithm>
-#include <tuple>
+#include <limits>
 
 namespace binpick {
 namespace {
@@ -42,31 +42,37 @@ RecognitionJudge::RecognitionJudge(const std::vector<ObjectModel>& objects) {
 
 RecognitionJudgement RecognitionJudge::judge(std::span<const Detection> detections,
                                              std::span<const TrueObject> objects) const {
-  std::vector<RecognitionJudgement::Match> candidates;
+  // MSSD as a share of the model's diameter.
+  Eigen::MatrixXd error = Eigen::MatrixXd::Constant(std::ssize(detections), std::ssize(objects),
+                                                    std::numeric_limits<double>::infinity());
   for (std::size_t d = 0; d < detections.size(); ++d) {
     const Shape& shape = shapes_.at(detections[d].model);
-    const Eigen::Isometry3d& T = detections[d].T_scene_model;
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (objects[i].model != detections[d].model) continue;
-      const double distance = mssd(T, objects[i].T_camera_model, shape.points, shape.symmetries);
-      if (distance < kCorrectShare * shape.diameter) candidates.push_back({d, i, distance, {}});
+      error(Eigen::Index(d), Eigen::Index(i)) =
+          mssd(detections[d].T_scene_model, objects[i].T_camera_model, shape.points,
+               shape.symmetries) /
+          shape.diameter;
     }
   }
-  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.mssd, a.detection, a.object) < std::tie(b.mssd, b.detection, b.object);
-  });
-  RecognitionJudgement result;
-  for (RecognitionJudgement::Match& match : candidates) {
-    const auto clashes = [&](const RecognitionJudgement::Match& other) {
-      return other.detection == match.detection || other.object == match.object;
-    };
-    if (std::any_of(result.matches.begin(), result.matches.end(), clashes)) continue;
-    match.error =
-        pose_error(detections[match.detection].T_scene_model, objects[match.object].T_camera_model,
-                   shapes_.at(detections[match.detection].model).symmetries);
-    result.matches.push_back(match);
+  // The detection nearest to an object scores best: a worse one must not take the object from it.
+  std::vector<double> scores;
+  for (Eigen::Index d = 0; d < error.rows(); ++d) {
+    scores.push_back(error.cols() == 0 ? 0.0 : -error.row(d).minCoeff());
   }
-  result.false_positives = detections.size() - result.matches.size();
+  const InstanceMatching matching = match_instances(
+      scores, objects.size(), kCorrectShare,
+      [&](std::size_t d, std::size_t i) { return error(Eigen::Index(d), Eigen::Index(i)); });
+  RecognitionJudgement result;
+  result.false_positives = matching.false_positives();
+  for (std::size_t d = 0; d < detections.size(); ++d) {
+    if (matching.truth_of[d] < 0) continue;
+    const auto i = static_cast<std::size_t>(matching.truth_of[d]);
+    const Shape& shape = shapes_.at(detections[d].model);
+    result.matches.push_back(
+        {d, i, error(Eigen::Index(d), Eigen::Index(i)) * shape.diameter,
+         pose_error(detections[d].T_scene_model, objects[i].T_camera_model, shape.symmetries)});
+  }
   return result;
 }
 

@@ -29,7 +29,8 @@ struct RecognitionJudgement {
 };
 
 /// Compares detections with the truth. A detection is right if its MSSD to an object of its model
-/// is below a tenth of the model's diameter; smallest errors are matched first, each object once.
+/// is below a tenth of the model's diameter; each object is found once, by the detection nearest to
+/// it (match_instances).
 class RecognitionJudge {
  public:
   /// `objects` as they are searched, whatever the scale of the recognizer's own models.

@@ -27,7 +27,7 @@ constexpr const char* kStyle = R"(
 --ground:#12181f;--panel:#1a222b;--ours:#5aa7e0;--paper:#f0a04b;--bad:#ff8a80;--good:#6fcf97;
 --c3:#c39be0}}
 *{box-sizing:border-box}
-body{margin:0 auto;max-width:72rem;padding:2rem 1.2rem 4rem;background:var(--ground);
+body{margin:0 auto;max-width:80rem;padding:2rem 1.2rem 4rem;background:var(--ground);
 color:var(--ink);font:16px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",sans-serif}
 h1{font-size:1.7rem;line-height:1.25;margin:0 0 .3rem}
 h2{font-size:1.15rem;margin:2.4rem 0 .7rem;padding-bottom:.25rem;border-bottom:1px solid var(--line)}
@@ -95,6 +95,31 @@ std::string counts(const Proportion& proportion) {
   return fmt::format("{}/{}", proportion.successes, proportion.trials);
 }
 
+/// The axis' name with the unit that its parameter's name tells.
+std::string heading_of(const AxisConfig& axis) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kUnits{{
+      {"translation", "N/m"},
+      {"rotation", "Nm/rad"},
+      {"stiffness_z", "N/m"},
+      {"force", "N"},
+      {"speed", "m/s"},
+      {"_deg", "degrees"},
+      {"_percent", "%"},
+      {"_offset", "m"},
+      {"pose_error", "m"},
+      {"pre_opening", "m"},
+      {"pad_width", "m"},
+      {"grasp_raise", "m"},
+      {"mass", "kg"},
+  }};
+  if (axis.key == "torque_offset") return axis.name + ", Nm";
+  for (const auto& [part, unit] : kUnits) {
+    if (axis.key.substr(axis.key.rfind('.') + 1).find(part) == std::string::npos) continue;
+    return fmt::format("{}, {}", axis.name, unit);
+  }
+  return axis.name;
+}
+
 class ReportPage {
  public:
   ReportPage(const Experiment& experiment, const RunResults& results, const std::string& folder,
@@ -153,8 +178,9 @@ class ReportPage {
     const auto axis = column_axis(experiment_.config());
     html_ += "<tr>";
     for (std::size_t i = 0; i < experiment_.config().axes.size(); ++i) {
-      if (i != axis) html_ += th(experiment_.config().axes[i].name);
+      if (i != axis) html_ += th(heading_of(experiment_.config().axes[i]));
     }
+    if (has_paper()) html_ += th("paper") + th("%");
     for (const ColumnSummary& column : summary_.columns) {
       const std::string name =
           axis ? experiment_.config().axes[*axis].name + " " + column.label : "ours";
@@ -162,7 +188,6 @@ class ReportPage {
       html_ += "<th class=\"text\">" + rate_legend_svg(has_paper()) + "</th>";
       if (has_paper()) html_ += th("p (Fisher)");
     }
-    if (has_paper()) html_ += th("paper") + th("%");
     html_ += "</tr>\n";
   }
 
@@ -191,11 +216,13 @@ class ReportPage {
       for (std::size_t i = 0; i < first.values.size(); ++i) {
         if (i != axis) html_ += td(experiment_.config().axes[i].label(first.values[i]));
       }
+      if (has_paper()) {
+        const auto& paper = summary_.cells[first.index].paper;
+        html_ += td(paper ? counts(*paper) : "") +
+                 td(paper ? fmt::format("{:.0f}", 100.0 * paper->rate()) : "");
+      }
       for (const ColumnSummary& column : summary_.columns) {
         add_cell(summary_.cells[column.cells[row]], column.cells[row]);
-      }
-      if (const auto& paper = summary_.cells[first.index].paper) {
-        html_ += td(counts(*paper)) + td(fmt::format("{:.0f}", 100.0 * paper->rate()));
       }
       html_ += "</tr>\n";
     }

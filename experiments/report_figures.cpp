@@ -5,7 +5,7 @@
 namespace binpick {
 namespace {
 
-constexpr double kWidth = 220.0;  // px, of the span from 0 to 100 %
+constexpr double kWidth = 150.0;  // px, of the span from 0 to 100 %
 constexpr double kMargin = 12.0;  // px, on either side
 constexpr double kHeight = 26.0;  // px
 constexpr double kMiddle = kHeight / 2.0;
@@ -68,18 +68,12 @@ std::string rate_legend_svg(bool with_paper) {
     svg += fmt::format("<text x=\"{:.1f}\" y=\"10\" text-anchor=\"middle\">{:.0f}</text>",
                        x_of(rate), 100.0 * rate);
   }
-  svg += fmt::format(
-      "<rect class=\"ours\" x=\"{:.1f}\" y=\"16\" width=\"14\" height=\"7\"/>"
-      "<text x=\"{:.1f}\" y=\"24\">ours</text>",
-      x_of(0.0), x_of(0.09));
-  svg += fmt::format(
-      "<line class=\"whisker\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"20\" y2=\"20\"/>"
-      "<text x=\"{:.1f}\" y=\"24\">95 %</text>",
-      x_of(0.3), x_of(0.38), x_of(0.41));
-  if (with_paper) {
-    svg += diamond(x_of(0.66), 20.0) +
-           fmt::format("<text x=\"{:.1f}\" y=\"24\">paper</text>", x_of(0.71));
-  }
+  svg +=
+      "<rect class=\"ours\" x=\"12\" y=\"17\" width=\"10\" height=\"7\"/>"
+      "<text x=\"25\" y=\"24\">ours</text>"
+      "<line class=\"whisker\" x1=\"54\" x2=\"66\" y1=\"20\" y2=\"20\"/>"
+      "<text x=\"69\" y=\"24\">95 %</text>";
+  if (with_paper) svg += diamond(106.0, 20.0) + "<text x=\"114\" y=\"24\">paper</text>";
   return svg + "</svg>";
 }
 
