@@ -24,7 +24,10 @@ bool finite(const JointState& state) noexcept {
 
 CartesianImpedanceOptions cartesian_options(const ArmControllerOptions& options) {
   CartesianImpedanceOptions cartesian = options.cartesian;
-  if (options.joints) cartesian.inertia_cap = options.joints->inertia_cap;
+  if (options.joints) {
+    cartesian.inertia_cap = options.joints->inertia_cap;
+    cartesian.joint_compliance = options.joints->stiffness.cwiseInverse();
+  }
   return cartesian;
 }
 

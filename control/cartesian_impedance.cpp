@@ -91,6 +91,8 @@ void CartesianImpedanceOptions::validate() const {
           "Cartesian impedance: margins to the joint limits must not be negative");
   require(inertia_cap.mass > 0.0 && inertia_cap.inertia > 0.0,
           "Cartesian impedance: the inertia cap must be positive");
+  require(joint_compliance.allFinite() && (joint_compliance.array() >= 0.0).all(),
+          "Cartesian impedance: no joint's compliance may be negative");
   if (!problems.empty()) throw InputError(problems);
 }
 
@@ -137,6 +139,27 @@ CartesianImpedance::Spring CartesianImpedance::spring(
   return result;
 }
 
+Matrix6 CartesianImpedance::damping_matrix(const ArmDynamics& dynamics,
+                                           const OperationalSpace& space,
+                                           const Matrix6& X) noexcept {
+  const Vector6 stiffness = stiffness_.cwiseMax(kSoftestForDamping);
+  const double zeta = options_.damping_ratio;
+  const Vector6 cap = (Vector6() << Eigen::Vector3d::Constant(options_.inertia_cap.mass),
+                       Eigen::Vector3d::Constant(options_.inertia_cap.inertia))
+                          .finished();
+  const Matrix6 D = damping_design_.from_inverse_inertia(
+      stiffness, transformed(X, space.lambda_inverse()), zeta, cap);
+  if (options_.joint_compliance.isZero(0.0)) return D;
+
+  const Jacobian J = X.lazyProduct(dynamics.J);
+  const Jacobian deflection = J * options_.joint_compliance.asDiagonal();
+  const Matrix6 C = deflection.lazyProduct(J.transpose());
+  Matrix6 lead = std::max(1.0 - zeta * zeta, 0.0) * C * stiffness.asDiagonal();
+  lead.diagonal().array() += 1.0;
+  const Matrix6 led = D.lazyProduct(lead);
+  return lead.transpose().lazyProduct(led);
+}
+
 JointVector CartesianImpedance::torques(const ArmDynamics& dynamics, const OperationalSpace& space,
                                         const JointVector& q, const JointVector& qd,
                                         const CartesianTarget& target, double dt) noexcept {
@@ -144,12 +167,7 @@ JointVector CartesianImpedance::torques(const ArmDynamics& dynamics, const Opera
   const Matrix6 X =
       twist_transform(target.T_world_tcp.linear(),
                       dynamics.T_world_tcp.linear() * options_.p_tcp_compliance_centre);
-  const Vector6 cap = (Vector6() << Eigen::Vector3d::Constant(options_.inertia_cap.mass),
-                       Eigen::Vector3d::Constant(options_.inertia_cap.inertia))
-                          .finished();
-  const Matrix6 D = damping_design_.from_inverse_inertia(stiffness_.cwiseMax(kSoftestForDamping),
-                                                         transformed(X, space.lambda_inverse()),
-                                                         options_.damping_ratio, cap);
+  const Matrix6 D = damping_matrix(dynamics, space, X);
 
   const Vector6 twist = dynamics.J.lazyProduct(qd);
   const Vector6 lag_world = target.twist - twist;

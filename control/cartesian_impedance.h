@@ -39,6 +39,8 @@ struct CartesianImpedanceOptions {
   double hard_limit_stiffness = 2000;  ///< Nm/rad
 
   InertiaCap inertia_cap;
+  /// Of elastic joints, rad/(Nm), for the damping; zero for rigid ones.
+  JointVector joint_compliance = JointVector::Zero();
 
   /// @throws InputError listing every value that makes no sense.
   void validate() const;
@@ -67,7 +69,12 @@ struct CartesianImpedanceOptions {
 ///
 /// All feedback enters through `dynamics` and `qd`. With elastic joints these are taken at the
 /// static equivalent of the motor position and at the motor velocity, M with the shaped motor
-/// inertia; the law stays the same.
+/// inertia; the law stays the same. Its damping, though, would show at the links as less than was
+/// asked for, since a motor leads its link by the deflection of the joint between them. With light
+/// motors behind the joints' compliance C (at the tool) and the virtual spring K, a mode of the
+/// ratio rho = k c shows zeta (1 - 2 (1 - zeta^2) rho) to first order in rho. Hence
+///   D' = (1 + (1 - zeta^2) K C) D (1 + (1 - zeta^2) C K),
+/// positive definite as D is.
 class CartesianImpedance {
  public:
   CartesianImpedance(const JointLimits& limits, const CartesianImpedanceOptions& options);
@@ -113,6 +120,9 @@ class CartesianImpedance {
     double energy;    ///< J
   };
 
+  /// In the target's tool axes, about the compliance centre.
+  [[nodiscard]] Matrix6 damping_matrix(const ArmDynamics& dynamics, const OperationalSpace& space,
+                                       const Matrix6& X) noexcept;
   [[nodiscard]] Spring spring(const Eigen::Isometry3d& T_world_tcp,
                               const Eigen::Isometry3d& T_world_target) const noexcept;
   void ramp_stiffness(const Vector6& stretch, double dissipated_power, double dt) noexcept;
