@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace binpick {
 namespace {
@@ -11,6 +12,23 @@ constexpr float kNearest = 0.01f;  // triangles that come closer to the sensor a
 // Pixel centres this close to an edge belong to both of its triangles, so that rounding opens no
 // crack between them.
 constexpr float kEdgeSlack = 1e-4f;
+
+// Four pixels of a row at a time; GCC and clang have these types for every processor.
+constexpr int kLanes = 4;
+using Floats = float __attribute__((vector_size(16)));
+using Ints = std::int32_t __attribute__((vector_size(16)));
+constexpr Ints kLaneIndices = {0, 1, 2, 3};
+
+template <class Vector, class Scalar>
+Vector load(const Scalar* from) {
+  Vector vector;
+  std::memcpy(&vector, from, sizeof(vector));
+  return vector;
+}
+template <class Scalar, class Vector>
+void store(Scalar* to, const Vector& vector) {
+  std::memcpy(to, &vector, sizeof(vector));
+}
 
 /// A side of a triangle, by the half of each row of pixels that lies within it.
 struct Edge {
@@ -63,16 +81,20 @@ void DepthRasterizer::draw(const std::array<std::int32_t, 3>& corners, std::int3
       if (edge.side == Edge::kRight) right = std::min(right, u + kEdgeSlack);
     }
     if (!(left <= right)) continue;
-    const int begin = static_cast<int>(std::ceil(left));
-    const int end = static_cast<int>(std::floor(right)) + 1;
+    const int begin = static_cast<int>(std::ceil(left)) - rendered_.u0;
+    const int end = static_cast<int>(std::floor(right)) + 1 - rendered_.u0;
     const float at_row = a.z() + by_v * (row - a.y()) - by_u * a.x();
-    const std::size_t offset = rendered_.index(-rendered_.u0, v - rendered_.v0);
-    for (int u = begin; u < end; ++u) {
-      const std::size_t index = offset + static_cast<std::size_t>(u);
-      const float inverse = at_row + by_u * static_cast<float>(u);
-      if (inverse <= inverse_depth_[index]) continue;
-      inverse_depth_[index] = inverse;
-      rendered_.triangle[index] = triangle;
+    const std::size_t offset = rendered_.index(0, v - rendered_.v0);
+    float* inverse_depths = rendered_.depth.data() + offset;
+    std::int32_t* triangles = rendered_.triangle.data() + offset;
+    for (int u = begin; u < end; u += kLanes) {
+      const Ints columns = u + kLaneIndices;
+      const Floats inverses =
+          at_row + by_u * __builtin_convertvector(rendered_.u0 + columns, Floats);
+      const Floats farther = load<Floats>(inverse_depths + u);
+      const Ints is_nearer = (inverses > farther) & (columns < end);
+      store(inverse_depths + u, is_nearer ? inverses : farther);
+      store(triangles + u, is_nearer ? triangle + Ints{} : load<Ints>(triangles + u));
     }
   }
 }
@@ -110,9 +132,10 @@ const RenderedModel& DepthRasterizer::render(const RenderMesh& mesh,
   project(mesh, T_camera_model, projection);
   const auto size =
       static_cast<std::size_t>(rendered_.width) * static_cast<std::size_t>(rendered_.height);
-  inverse_depth_.assign(size, 0.0f);
-  rendered_.triangle.assign(size, -1);
-  rendered_.depth.resize(size);
+  // Rows are written by fours, the last one beyond its end.
+  const std::size_t padded = size + kLanes;
+  rendered_.depth.assign(padded, 0.0f);  // first 1 / z
+  rendered_.triangle.assign(padded, -1);
   if (size == 0) return rendered_;
   // A triangle that faces away in the model's frame needs no look at its corners.
   const Eigen::Vector3f eye = -(T_camera_model.linear().transpose() * T_camera_model.translation());
@@ -121,9 +144,12 @@ const RenderedModel& DepthRasterizer::render(const RenderMesh& mesh,
     if (mesh.normals[i].dot(eye - corner) < 0.0f) continue;
     draw(mesh.triangles[i], static_cast<std::int32_t>(i));
   }
-  for (std::size_t i = 0; i < size; ++i) {
-    rendered_.depth[i] = inverse_depth_[i] > 0.0f ? 1.0f / inverse_depth_[i] : 0.0f;
+  for (std::size_t i = 0; i < size; i += kLanes) {
+    const auto inverses = load<Floats>(rendered_.depth.data() + i);
+    store(rendered_.depth.data() + i, inverses > 0.0f ? 1.0f / inverses : Floats{});
   }
+  rendered_.depth.resize(size);
+  rendered_.triangle.resize(size);
   return rendered_;
 }
 

@@ -42,7 +42,6 @@ class DepthRasterizer {
   void draw(const std::array<std::int32_t, 3>& corners, std::int32_t triangle);
 
   RenderedModel rendered_;
-  std::vector<float> inverse_depth_;        // 1 / z, 0 outside the model
   std::vector<Eigen::Vector3f> projected_;  // u, v, 1 / z
 };
 
