@@ -71,8 +71,8 @@ DetectionSelection::DetectionSelection(std::span<const RecognitionModel> models,
     const float z = std::max(centre.z(), 1e-3f);
     footprints_.push_back({{projection.fx * centre.x() / z, projection.fy * centre.y() / z},
                            0.5f * model.diameter * projection.fx / z});
-    decided_.push_back(acceptance_features(candidate.evidence, dilation_));
-    alone_.push_back(acceptance.log_odds(decided_.back()));
+    alone_features_.push_back(acceptance_features(candidate.evidence, dilation_));
+    alone_.push_back(acceptance.log_odds(alone_features_.back()));
   }
 }
 
@@ -96,19 +96,19 @@ SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelCl
   judged.evidence =
       gatherer_.gather(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model, &claims,
                        static_cast<std::int32_t>(candidate));
-  decided_[candidate] = acceptance_features(judged.evidence, dilation_);
-  judged.log_odds = acceptance_.log_odds(decided_[candidate]);
+  judged.features = acceptance_features(judged.evidence, dilation_);
+  judged.log_odds = acceptance_.log_odds(judged.features);
   return judged;
 }
 
 /// Takes candidates best first, those of `first` before all others, each judged beside the ones
 /// taken before.
-std::vector<SelectedCandidate> DetectionSelection::choose(const std::vector<std::size_t>& first) {
+DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::size_t>& first) {
   PixelClaims claims(scene_.pixels().size(), -1);
   std::vector<double> log_odds = alone_;
   std::vector<char> is_stale(candidates_.size(), 0);
   std::vector<char> is_open(candidates_.size(), 1);
-  std::vector<SelectedCandidate> selected;
+  Choice choice{{}, alone_features_};
   const auto take = [&](SelectedCandidate judged) {
     const std::size_t i = judged.candidate;
     gatherer_.explained_pixels(judged.pixels);
@@ -125,10 +125,15 @@ std::vector<SelectedCandidate> DetectionSelection::choose(const std::vector<std:
         log_odds[other] = std::max(log_odds[other], alone_[other]);
       }
     }
-    selected.push_back(std::move(judged));
+    choice.selected.push_back(std::move(judged));
+  };
+  const auto judge_now = [&](std::size_t i) {
+    SelectedCandidate judged = judge(i, claims);
+    choice.decided[i] = judged.features;
+    return judged;
   };
   for (const std::size_t i : first) {
-    SelectedCandidate judged = judge(i, claims);
+    SelectedCandidate judged = judge_now(i);
     if (judged.log_odds >= least_log_odds_) take(std::move(judged));
     is_open[i] = 0;
   }
@@ -143,7 +148,7 @@ std::vector<SelectedCandidate> DetectionSelection::choose(const std::vector<std:
     }
     if (best == candidates_.size()) break;
     const bool was_stale = is_stale[best] != 0;
-    SelectedCandidate judged = judge(best, claims);
+    SelectedCandidate judged = judge_now(best);
     log_odds[best] = judged.log_odds;
     is_stale[best] = 0;
     // Claims only grow: what is mostly another's stays so.
@@ -153,17 +158,17 @@ std::vector<SelectedCandidate> DetectionSelection::choose(const std::vector<std:
       take(std::move(judged));
     }
   }
-  return selected;
+  return choice;
 }
 
 /// Forces candidates that lost to others to the front; keeps what gains.
-void DetectionSelection::exchange(std::vector<SelectedCandidate>& selected) {
+void DetectionSelection::exchange(Choice& choice) {
   std::vector<std::size_t> losers;
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     if (alone_[i] < least_log_odds_) continue;
-    const bool is_selected = std::any_of(selected.begin(), selected.end(), [&](const auto& s) {
-      return s.candidate == i || is_same_object(s.candidate, i);
-    });
+    const bool is_selected = std::any_of(
+        choice.selected.begin(), choice.selected.end(),
+        [&](const auto& s) { return s.candidate == i || is_same_object(s.candidate, i); });
     const bool is_new = std::none_of(losers.begin(), losers.end(),
                                      [&](std::size_t other) { return is_same_object(i, other); });
     if (!is_selected && is_new) losers.push_back(i);
@@ -172,16 +177,17 @@ void DetectionSelection::exchange(std::vector<SelectedCandidate>& selected) {
                    [&](std::size_t a, std::size_t b) { return alone_[a] > alone_[b]; });
   losers.resize(std::min(losers.size(), kMostExchanges));
   for (const std::size_t loser : losers) {
-    std::vector<SelectedCandidate> other = choose({loser});
-    if (sum_of_log_odds(other) > sum_of_log_odds(selected) + kWorthExchanging) {
-      selected = std::move(other);
+    Choice other = choose({loser});
+    if (sum_of_log_odds(other.selected) > sum_of_log_odds(choice.selected) + kWorthExchanging) {
+      choice = std::move(other);
     }
   }
 }
 
 std::vector<SelectedCandidate> DetectionSelection::select(bool with_exchanges) {
-  std::vector<SelectedCandidate> selected = choose({});
-  if (with_exchanges) exchange(selected);
+  choice_ = choose({});
+  if (with_exchanges) exchange(choice_);
+  std::vector<SelectedCandidate> selected = std::move(choice_.selected);
   std::stable_sort(selected.begin(), selected.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
   return selected;

@@ -23,6 +23,7 @@ struct Candidate {
 struct SelectedCandidate {
   std::size_t candidate = 0;  ///< its index
   HypothesisEvidence evidence;
+  FeatureVector features{};
   double log_odds = 0.0;
   std::vector<int> pixels;  ///< which it explains, working resolution, ascending
 };
@@ -50,7 +51,9 @@ class DetectionSelection {
 
   /// After select(): the features on which the decision about each candidate fell, beside those
   /// chosen before it.
-  [[nodiscard]] const std::vector<FeatureVector>& decided_features() const { return decided_; }
+  [[nodiscard]] const std::vector<FeatureVector>& decided_features() const {
+    return choice_.decided;
+  }
   [[nodiscard]] double dilation() const noexcept { return dilation_; }
 
  private:
@@ -58,11 +61,16 @@ class DetectionSelection {
     Eigen::Vector2f centre;  // pixels
     float radius = 0.0f;
   };
-  [[nodiscard]] std::vector<SelectedCandidate> choose(const std::vector<std::size_t>& first);
+  /// A consistent set, and on what the decision about each candidate fell.
+  struct Choice {
+    std::vector<SelectedCandidate> selected;
+    std::vector<FeatureVector> decided;
+  };
+  [[nodiscard]] Choice choose(const std::vector<std::size_t>& first);
   [[nodiscard]] SelectedCandidate judge(std::size_t candidate, const PixelClaims& claims);
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
   [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const;
-  void exchange(std::vector<SelectedCandidate>& selected);
+  void exchange(Choice& choice);
 
   std::span<const RecognitionModel> models_;
   const ObservedScene& scene_;
@@ -72,8 +80,9 @@ class DetectionSelection {
   double least_log_odds_;
   EvidenceGatherer gatherer_;
   std::vector<Footprint> footprints_;
-  std::vector<double> alone_;  // log odds of each candidate alone
-  std::vector<FeatureVector> decided_;
+  std::vector<FeatureVector> alone_features_;  // of each candidate as if there were no other
+  std::vector<double> alone_;                  // their log odds
+  Choice choice_;
 };
 
 }  // namespace binpick

@@ -11,6 +11,7 @@ namespace binpick {
 namespace {
 
 constexpr float kClusterShare = 0.12f;    // of the diameter, before alignment
+constexpr float kConvergedShare = 0.03f;  // of the diameter, between coarse and fine alignment
 constexpr float kDuplicateShare = 0.04f;  // of the diameter, after alignment
 constexpr float kMostOccluding = 0.15f;   // of the points that face the sensor
 
@@ -77,10 +78,24 @@ class PoseDistance {
   float lever_ = 0.0f;
 };
 
-/// Aligns every hypothesis and keeps those that stand an exact test with the fine tolerance.
-std::vector<Hypothesis> align(std::vector<Hypothesis> hypotheses,
-                              const std::vector<RecognitionModel>& models,
-                              const ObservedScene& scene, const ClusteringOptions& options) {
+void align_coarsely(std::vector<Hypothesis>& hypotheses,
+                    const std::vector<RecognitionModel>& models, const ObservedScene& scene,
+                    int jobs) {
+  parallel_chunks(static_cast<int>(hypotheses.size()), 4, jobs, [&](int, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
+      const RecognitionModel& model = models[static_cast<std::size_t>(hypothesis.model)];
+      const float coarse = tolerances_for(model, scene.noise()).coarse;
+      hypothesis.T_camera_model =
+          align_projectively(scene, model, hypothesis.T_camera_model, {1.5f * coarse, 128, 4});
+    }
+  });
+}
+
+/// Aligns every hypothesis finely and keeps those that stand an exact test with that tolerance.
+std::vector<Hypothesis> align_finely(std::vector<Hypothesis> hypotheses,
+                                     const std::vector<RecognitionModel>& models,
+                                     const ObservedScene& scene, const ClusteringOptions& options) {
   std::vector<char> stands(hypotheses.size(), 0);
   parallel_chunks(
       static_cast<int>(hypotheses.size()), 4, options.jobs, [&](int, int begin, int end) {
@@ -89,9 +104,8 @@ std::vector<Hypothesis> align(std::vector<Hypothesis> hypotheses,
           const auto index = static_cast<std::size_t>(hypothesis.model);
           const RecognitionModel& model = models[index];
           const ModelTolerances tolerance = tolerances_for(model, scene.noise());
-          Eigen::Isometry3f T = hypothesis.T_camera_model;
-          T = align_projectively(scene, model, T, {1.5f * tolerance.coarse, 128, 4});
-          T = align_projectively(scene, model, T, {1.5f * tolerance.fine, 512, 6});
+          const Eigen::Isometry3f T = align_projectively(scene, model, hypothesis.T_camera_model,
+                                                         {1.5f * tolerance.fine, 512, 6});
           const FacingCounts counts =
               count_facing(scene, model, T, tolerance.fine, 0, model.test_points.size());
           hypothesis.T_camera_model = T;
@@ -158,10 +172,13 @@ std::vector<Hypothesis> cluster_and_align(std::vector<Hypothesis> hypotheses,
                                           const ObservedScene& scene,
                                           const ClusteringOptions& options,
                                           const std::vector<Hypothesis>& known) {
-  const std::vector<Hypothesis> heads =
+  std::vector<Hypothesis> heads =
       keep_cluster_heads(std::move(hypotheses), models, kClusterShare, options.most_per_model);
-  return keep_cluster_heads(align(heads, models, scene, options), models, kDuplicateShare,
-                            options.most_per_model, known);
+  align_coarsely(heads, models, scene, options.jobs);
+  // What has converged to one pose needs one fine alignment.
+  heads = keep_cluster_heads(std::move(heads), models, kConvergedShare, options.most_per_model);
+  return keep_cluster_heads(align_finely(std::move(heads), models, scene, options), models,
+                            kDuplicateShare, options.most_per_model, known);
 }
 
 }  // namespace binpick

@@ -11,6 +11,7 @@
 #include "models/errors.h"
 #include "recognition/mesh_simplification.h"
 #include "recognition/self_registration.h"
+#include "recognition/surface_grid.h"
 #include "recognition/surface_sampling.h"
 
 namespace binpick {
@@ -219,6 +220,34 @@ RenderMesh make_tiles(const std::vector<OrientedPoint>& points, float spacing) {
   return tiles;
 }
 
+/// `cover` lies on the surface, `spacing` apart; measured within a few spacings.
+void add_roughness(RenderMesh& mesh, const std::vector<OrientedPoint>& cover, float spacing) {
+  const float radius = 3.0f * spacing;
+  Eigen::AlignedBox3f box;
+  for (const OrientedPoint& point : cover) box.extend(point.p);
+  SurfaceGrid grid(box, radius);
+  for (const OrientedPoint& point : cover) grid.add(point);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Eigen::Vector3f centroid = Eigen::Vector3f::Zero();
+    for (const std::int32_t corner : mesh.triangles[t]) {
+      centroid += mesh.vertices[static_cast<std::size_t>(corner)] / 3.0f;
+    }
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    float count = 0.0f;
+    grid.any_near(centroid, [&](const OrientedPoint& point) {
+      // What faces the other way is the far side of a thin part: never seen together.
+      if ((point.p - centroid).squaredNorm() < radius * radius &&
+          point.n.dot(mesh.normals[t]) > 0.0f) {
+        sum += point.n;
+        count += 1.0f;
+      }
+      return false;
+    });
+    const float length = count > 0.0f ? sum.norm() / count : 1.0f;
+    mesh.roughness.push_back((1.0f - length) / (radius * radius));
+  }
+}
+
 /// The sign of the enclosed volume tells an inside-out mesh; an open one keeps its orientation.
 bool is_inside_out(const TriangleMesh& mesh, const Eigen::AlignedBox3d& box) {
   constexpr double kLeastShare = 1e-4;  // of surface times diagonal: less is no volume
@@ -272,9 +301,11 @@ RecognitionModel make_recognition_model(const std::string& name, const TriangleM
       corners.push_back(mesh.vertices[static_cast<std::size_t>(corner)].cast<float>());
     }
   }
-  fill_shape(model, sample_evenly(mesh, kSurfaceSamples), corners, symmetries);
+  const std::vector<OrientedPoint> uniform =
+      fill_shape(model, sample_evenly(mesh, kSurfaceSamples), corners, symmetries);
   model.area = static_cast<float>(surface_area(mesh));
   model.render_mesh = make_render_mesh(mesh, model.diameter);
+  add_roughness(model.render_mesh, uniform, model.diameter / kDensePointsPerDiameter);
   return model;
 }
 
@@ -312,6 +343,7 @@ RecognitionModel make_recognition_model(const std::string& name, const PointClou
   const float spacing = model.diameter / kDensePointsPerDiameter;
   model.area = 1.3f * spacing * spacing * static_cast<float>(uniform.size());
   model.render_mesh = make_tiles(uniform, 1.3f * spacing);
+  add_roughness(model.render_mesh, uniform, spacing);
   return model;
 }
 

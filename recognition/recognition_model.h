@@ -16,6 +16,10 @@ struct RenderMesh {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<std::array<std::int32_t, 3>> triangles;
   std::vector<Eigen::Vector3f> normals;  ///< one per triangle
+  /// One per triangle, 1/m^2: within a small distance r of it the mean normal is as short as 1 -
+  /// roughness r^2. Normals that a scene shows of rough parts (horns, fingers, creases) mean
+  /// little.
+  std::vector<float> roughness;
 };
 
 /// Oriented points as structure of arrays, in an order whose every prefix covers the surface

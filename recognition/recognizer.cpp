@@ -29,9 +29,10 @@ namespace {
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
 constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
 constexpr int kMostRounds = 8;             // of sampling, default setting
-constexpr int kFlatIterations = 32;        // pairs on the unexplained rest, for single faces
+constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
+constexpr int kMostFlatRounds = 4;
 constexpr int kSpatialClusters = 60;       // looked at per round and model
-constexpr int kFlatClusters = 12;
+constexpr int kFlatClusters = 6;
 constexpr int kRoundsPerCount = 3;  // a round draws N / 3 pairs
 constexpr int kIterationsPerChunk = 16;
 
@@ -300,8 +301,12 @@ void Run::recognize_in_rounds() {
     sample_round(round, iterations, PairKind::kSpatial, kSpatialClusters);
     if (round + 1 >= kRoundsPerCount && pool.selected().size() == before) break;
   }
-  // What shows a single flat face has no pairs but flat ones.
-  if (!sampled.empty()) sample_round(kMostRounds, kFlatIterations, PairKind::kFlat, kFlatClusters);
+  // What shows a single flat face has no pairs but flat ones. Larger faces come first.
+  for (int round = 0; round < kMostFlatRounds && !sampled.empty(); ++round) {
+    const std::size_t before = pool.selected().size();
+    sample_round(kMostRounds + round, kFlatIterations, PairKind::kFlat, kFlatClusters);
+    if (round > 0 && pool.selected().size() == before) break;
+  }
   pool.select(/*is_last=*/true);
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = static_cast<int>(pool.candidates().size());
