@@ -11,16 +11,21 @@ namespace {
 constexpr double kTableNoise = 0.01;
 // Of a known object's surface: about one per 15 mm^2, as dense as the camera sees it.
 constexpr std::size_t kSurfacePoints = 4000;
+// In shadow is what lies this far behind the measured surface, m.
+constexpr double kShadowDepth = 0.01;
+// Where hidden_share looks: every so many metres along a finger, from its tip over this length.
+constexpr double kFingerStep = 0.01;
+constexpr int kFingerSteps = 7;
 
 }  // namespace
 
-GraspClearance::GraspClearance(const RangeImage& image, const GripperDescription& gripper,
+GraspClearance::GraspClearance(RangeImage image, const GripperDescription& gripper,
                                double table_height, double margin)
-    : gripper_(gripper), margin_(margin) {
-  for (int v = 0; v < image.intrinsics.height; ++v) {
-    for (int u = 0; u < image.intrinsics.width; ++u) {
-      if (!(image.at(u, v) > 0.0f)) continue;
-      const Eigen::Vector3d p_world = image.T_world_camera * image.p_camera(u, v);
+    : image_(std::move(image)), gripper_(gripper), table_height_(table_height), margin_(margin) {
+  for (int v = 0; v < image_.intrinsics.height; ++v) {
+    for (int u = 0; u < image_.intrinsics.width; ++u) {
+      if (!(image_.at(u, v) > 0.0f)) continue;
+      const Eigen::Vector3d p_world = image_.T_world_camera * image_.p_camera(u, v);
       if (p_world.z() > table_height + kTableNoise) points_world_.push_back(p_world);
     }
   }
@@ -66,6 +71,37 @@ int GraspClearance::obstructing_points(const GraspPlan& plan, double own_margin)
     }
   }
   return count;
+}
+
+double GraspClearance::hidden_share(const GraspPlan& plan) const {
+  int hidden = 0;
+  int all = 0;
+  for (const double side : {-1.0, 1.0}) {
+    for (const double across : {-0.5, 0.0, 0.5}) {
+      for (const double outward : {0.0, 1.0}) {
+        for (int step = 0; step < kFingerSteps; ++step, ++all) {
+          const Eigen::Vector3d p_grasp(
+              across * gripper_.pad_width,
+              side * (0.5 * plan.grasp->pre_opening + outward * gripper_.finger_thickness),
+              gripper_.tip_beyond_tcp - kFingerStep * step);
+          if (in_shadow(plan.T_world_grasp * p_grasp)) ++hidden;
+        }
+      }
+    }
+  }
+  return static_cast<double>(hidden) / all;
+}
+
+bool GraspClearance::in_shadow(const Eigen::Vector3d& p_world) const noexcept {
+  if (p_world.z() < table_height_ + kTableNoise) return false;
+  const Eigen::Vector3d p_camera = image_.T_world_camera.inverse() * p_world;
+  if (p_camera.z() <= 0.0) return false;
+  const CameraIntrinsics& k = image_.intrinsics;
+  const auto u = std::lround(k.fx * p_camera.x() / p_camera.z() + k.cx);
+  const auto v = std::lround(k.fy * p_camera.y() / p_camera.z() + k.cy);
+  if (u < 0 || v < 0 || u >= k.width || v >= k.height) return false;
+  const double measured = image_.at(static_cast<int>(u), static_cast<int>(v));
+  return measured > 0.0 && measured < p_camera.z() - kShadowDepth;
 }
 
 bool GraspClearance::in_swept_gripper(const Eigen::Vector3d& p_grasp,

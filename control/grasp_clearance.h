@@ -15,7 +15,7 @@ namespace binpick {
 class GraspClearance {
  public:
   /// `margin` widens fingers and housing on every side, m.
-  GraspClearance(const RangeImage& image, const GripperDescription& gripper, double table_height,
+  GraspClearance(RangeImage image, const GripperDescription& gripper, double table_height,
                  double margin = 0.003);
 
   /// From now on the whole surface of `detection` (world frame) counts as if it had been measured,
@@ -29,7 +29,12 @@ class GraspClearance {
   /// `own_margin` (m) of the target's bounding box are its own and do not count.
   [[nodiscard]] int obstructing_points(const GraspPlan& plan, double own_margin = 0.005) const;
 
+  /// Share of the space that the fingers take up at the grasp of which the image tells nothing,
+  /// because it lies in the shadow of what was measured: something may stand there unseen.
+  [[nodiscard]] double hidden_share(const GraspPlan& plan) const;
+
  private:
+  [[nodiscard]] bool in_shadow(const Eigen::Vector3d& p_world) const noexcept;
   [[nodiscard]] bool in_swept_gripper(const Eigen::Vector3d& p_grasp,
                                       double opening) const noexcept;
 
@@ -38,9 +43,11 @@ class GraspClearance {
     std::vector<Eigen::Vector3d> points_world;
   };
 
+  RangeImage image_;
   std::vector<Eigen::Vector3d> points_world_;
   std::vector<KnownObject> objects_;
   GripperDescription gripper_;
+  double table_height_;
   double margin_;
 };
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 #include "models/errors.h"
 
@@ -29,6 +29,15 @@ const Place* find_place(const CellLayout& layout, const std::string& model) {
     }
   }
   return nullptr;
+}
+
+/// Whether the tool comes to the same place in the same direction; the jaws may have changed sides.
+bool same_grasp(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  constexpr double kSamePoint = 0.005;     // m
+  constexpr double kSameDirection = 0.99;  // cosine of 8 degrees
+  return (a.translation() - b.translation()).norm() < kSamePoint &&
+         a.linear().col(2).dot(b.linear().col(2)) > kSameDirection &&
+         std::abs(a.linear().col(1).dot(b.linear().col(1))) > kSameDirection;
 }
 
 }  // namespace
@@ -171,12 +180,13 @@ AutomatonConditions ManipulationAutomaton::act(AutomatonState state, AutomatonEv
 
 AutomatonConditions ManipulationAutomaton::act_recognize(AutomatonEvent& event) {
   detections_ = skills_.recognize();
+  const std::size_t seen = detections_.size();
   if (!options_.wanted_model.empty()) {
     std::erase_if(detections_,
                   [&](const Detection& d) { return d.model != options_.wanted_model; });
   }
   detections_ = selector_.pickable(detections_);
-  event.detail = fmt::format("{} objects in the pick region", detections_.size());
+  event.detail = fmt::format("{} objects in the pick region, {} seen", detections_.size(), seen);
   regrasped_ = false;
 
   AutomatonConditions conditions;
@@ -212,7 +222,10 @@ std::optional<GraspPlan> ManipulationAutomaton::choose() {
     return !failed_before(plan) && skills_.obstruction(plan) == 0 && has_way(plan);
   };
   const auto good = [&](const GraspPlan& plan) {
-    return plan.tilt < options_.preferred_tilt && selector_.trusted(plan.detection) && free(plan);
+    const bool seen = !options_.strategy.hidden_sides ||
+                      skills_.hidden_share(plan) <= options_.preferred_hidden_share;
+    return plan.tilt < options_.preferred_tilt && selector_.trusted(plan.detection) && seen &&
+           free(plan);
   };
   if (auto plan = selector_.select(detections_, good)) return plan;
   if (auto plan = selector_.select(detections_, free)) return plan;
@@ -304,8 +317,8 @@ AutomatonConditions ManipulationAutomaton::after_skill(SkillResult result, Autom
                          result == SkillResult::kUnreachable;
   conditions.failed_grasp = result == SkillResult::kFailedGrasp || result == SkillResult::kSlipped;
   if (conditions.C()) {
-    failed_.push_back(
-        {plan.detection.model, plan.grasp->name, plan.detection.T_scene_model.translation()});
+    failed_.push_back({plan.detection.model, plan.grasp->T_object_grasp,
+                       plan.detection.T_scene_model.translation()});
     conditions.finished = attempts_used();
   }
   return conditions;
@@ -315,7 +328,8 @@ bool ManipulationAutomaton::failed_before(const GraspPlan& plan) const {
   return std::any_of(failed_.begin(), failed_.end(), [&](const FailedGrasp& failed) {
     const Eigen::Vector3d moved =
         plan.detection.T_scene_model.translation() - failed.p_world_object;
-    return failed.model == plan.detection.model && failed.grasp == plan.grasp->name &&
+    return failed.model == plan.detection.model &&
+           same_grasp(failed.T_object_grasp, plan.grasp->T_object_grasp) &&
            moved.norm() < options_.same_place;
   });
 }

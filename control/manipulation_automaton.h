@@ -75,6 +75,8 @@ class ManipulationSkills {
   /// State 3 asks this about every plan that fits otherwise: how much stands in the way of the open
   /// gripper, 0 for a free way.
   [[nodiscard]] virtual int obstruction(const GraspPlan& plan) = 0;
+  /// How much of the space that the fingers will take up has not been seen, 0 to 1.
+  [[nodiscard]] virtual double hidden_share(const GraspPlan& plan) = 0;
   /// State 3 asks this about a plan that it would take: whether the arm has a way to the grasp and
   /// from there to `slot` of `place`.
   [[nodiscard]] virtual bool has_way(const GraspPlan& plan, const Place& place,
@@ -115,6 +117,10 @@ struct AutomatonOptions {
   int max_pushes = 5;
   /// Steeper grasps only if there is no other, rad. With the strategy's steep grasps alone.
   double preferred_tilt = GraspSelectionOptions{}.max_tilt;
+  /// With the strategy's hidden sides: where more of the fingers' space has not been seen, grasps
+  /// are taken only if there is no other. The fingertip behind a lying object is in its shadow
+  /// (about 0.15), not much more.
+  double preferred_hidden_share = 0.2;
 };
 
 /// One state's execution.
@@ -159,7 +165,7 @@ class ManipulationAutomaton {
  private:
   struct FailedGrasp {
     std::string model;
-    std::string grasp;
+    Eigen::Isometry3d T_object_grasp;
     Eigen::Vector3d p_world_object;
   };
   struct Target {

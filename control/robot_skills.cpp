@@ -25,6 +25,10 @@ constexpr std::ptrdiff_t kLeastSurface = 200;
 constexpr double kObjectRadius = 0.09;
 // Moves to the overview pose that a touch on the way may interrupt.
 constexpr int kOverviewAttempts = 3;
+// The arm is at the overview pose when no joint is farther from it, rad.
+constexpr double kThere = 0.01;
+// Above the height at which an object should touch the floor, contact is not yet expected, m.
+constexpr double kSinkMargin = 0.05;
 // Orientations about the vertical that are tried for putting an object down.
 constexpr int kYaws = 16;
 // Against the margin to the joint limits, per m: a centimetre outside outweighs any posture.
@@ -117,6 +121,8 @@ void RobotSkills::enter(ContactPhase phase, double collision_force) {
 void RobotSkills::go_to_overview() {
   manipulator_.controller().clear_payload();
   enter(ContactPhase::kFree, options_.collision_force);
+  const JointVector away = manipulator_.state().joints.q - parts_.layout.overview;
+  if (away.cwiseAbs().maxCoeff() < kThere) return;
   // Away from whatever was touched first: straight up, jaws open, not minding contacts.
   withdraw(parts_.layout.transfer_height);
   manipulator_.command_gripper(
@@ -138,7 +144,7 @@ void RobotSkills::withdraw(double height) {
   if (rise <= 0.0) return;
   manipulator_.controller().set_stiffness(options_.stiffness);
   manipulator_.move_line(raised(T_world_tcp, rise),
-                         CartesianMotionLimits::at_speed(options_.lift_speed),
+                         CartesianMotionLimits::at_speed(options_.withdraw_speed),
                          {.on_collision = false});
 }
 
@@ -177,6 +183,10 @@ int RobotSkills::obstruction(const GraspPlan& plan) {
   if (!clearance_) return 0;
   const int points = clearance_->obstructing_points(plan);
   return points < kNoiseVotes ? 0 : points;
+}
+
+double RobotSkills::hidden_share(const GraspPlan& plan) {
+  return clearance_ ? clearance_->hidden_share(plan) : 0.0;
 }
 
 bool RobotSkills::has_way(const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) {
@@ -349,9 +359,14 @@ SkillResult RobotSkills::place(const GraspPlan&, const Place&, const Eigen::Vect
   // Contact is the expected end here; without one the object is let go where the floor should be.
   MotionStops until_contact = watching_load();
   until_contact.on_contact = true;
-  const MotionEnd lowering =
-      manipulator_.move_line(raised(placement_->T_world_release, -options_.place_clearance),
-                             CartesianMotionLimits::at_speed(options_.lower_speed), until_contact);
+  MotionEnd lowering =
+      manipulator_.move_line(raised(placement_->T_world_release, kSinkMargin),
+                             CartesianMotionLimits::at_speed(options_.sink_speed), until_contact);
+  if (lowering == MotionEnd::kArrived) {
+    lowering = manipulator_.move_line(
+        raised(placement_->T_world_release, -options_.place_clearance),
+        CartesianMotionLimits::at_speed(options_.lower_speed), until_contact);
+  }
   let_go();
   withdraw(parts_.layout.transfer_height);
   return lowering == MotionEnd::kLost ? SkillResult::kSlipped : SkillResult::kDone;

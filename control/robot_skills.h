@@ -35,7 +35,9 @@ struct SkillOptions {
   double approach_speed = 0.1;  ///< m/s, along the approach vector
   double lift_speed = 0.2;      ///< m/s
   double lift_height = 0.15;    ///< m
-  double lower_speed = 0.1;     ///< m/s, placing
+  double withdraw_speed = 0.4;  ///< m/s, upward with empty jaws
+  double sink_speed = 0.25;     ///< m/s, placing, as long as contact cannot be near
+  double lower_speed = 0.1;     ///< m/s, placing, where contact is expected
   GripperCommand grip{0.0, 0.1, 40.0};
   double release_margin = 0.03;   ///< the jaws open this much beyond the held width, m
   double place_clearance = 0.01;  ///< lowering may end this far below the expected height, m
@@ -70,6 +72,7 @@ class RobotSkills final : public ManipulationSkills {
   void go_to_overview() override;
   [[nodiscard]] std::vector<Detection> recognize() override;
   [[nodiscard]] int obstruction(const GraspPlan& plan) override;
+  [[nodiscard]] double hidden_share(const GraspPlan& plan) override;
   [[nodiscard]] bool has_way(const GraspPlan& plan, const Place& place,
                              const Eigen::Vector2d& slot) override;
   /// Transfer to the projected grasp, then `execute_grasp`.

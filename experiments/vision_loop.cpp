@@ -43,6 +43,7 @@ class ObservedSkills final : public ManipulationSkills {
   void go_to_overview() override { skills_.go_to_overview(); }
   std::vector<Detection> recognize() override { return skills_.recognize(); }
   int obstruction(const GraspPlan& plan) override { return skills_.obstruction(plan); }
+  double hidden_share(const GraspPlan& plan) override { return skills_.hidden_share(plan); }
   bool has_way(const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) override {
     return skills_.has_way(plan, place, slot);
   }

@@ -34,14 +34,17 @@ ObjectModel small_box() {
 
 class GraspClearanceTest : public ::testing::Test {
  protected:
-  int obstruction_by(const Eigen::Vector3d& p_from_object) {
+  GraspPlan plan() const {
     GraspPlan plan;
     plan.detection.T_scene_model.translation() << 0.5, 0.0, 0.10;
     plan.object = &object_;
     plan.grasp = &object_.grasps.front();
     plan.T_world_grasp = plan.detection.T_scene_model * plan.grasp->T_object_grasp;
-    const Eigen::Vector3d p_world = plan.detection.T_scene_model * p_from_object;
-    return GraspClearance(view_of(p_world), gripper_, 0.0).obstructing_points(plan);
+    return plan;
+  }
+  int obstruction_by(const Eigen::Vector3d& p_from_object) {
+    const Eigen::Vector3d p_world = plan().detection.T_scene_model * p_from_object;
+    return GraspClearance(view_of(p_world), gripper_, 0.0).obstructing_points(plan());
   }
 
   GripperDescription gripper_ = load_gripper();
@@ -71,6 +74,54 @@ TEST_F(GraspClearanceTest, TheTargetIsNotInItsOwnWay) {
 
 TEST_F(GraspClearanceTest, TheTableIsNoObstacle) {
   EXPECT_EQ(obstruction_by({0.0, finger_, -0.095}), 0);
+}
+
+TEST_F(GraspClearanceTest, AKnownNeighbourStandsInTheWayWithTheSidesThatNobodySaw) {
+  const ObjectModel bottle = load_known_object("bottle");
+  Detection neighbour;
+  neighbour.model = bottle.name;
+  neighbour.T_scene_model = plan().detection.T_scene_model;
+  neighbour.T_scene_model.translation().y() += 0.07;
+  GraspClearance clearance(view_of({5.0, 5.0, 0.5}), gripper_, 0.0);
+  EXPECT_EQ(clearance.obstructing_points(plan()), 0);
+  clearance.add_object(neighbour, bottle);
+  EXPECT_GT(clearance.obstructing_points(plan()), 20);
+}
+
+TEST_F(GraspClearanceTest, AKnownObjectIsNotInTheWayOfItsOwnGrasp) {
+  const ObjectModel bottle = load_known_object("bottle");
+  GraspPlan own = plan();
+  own.detection.model = bottle.name;
+  GraspClearance clearance(view_of({5.0, 5.0, 0.5}), gripper_, 0.0);
+  clearance.add_object(own.detection, bottle);
+  EXPECT_EQ(clearance.obstructing_points(own), 0);
+}
+
+/// A camera 1 m above (0.5, 0) that looks straight down on a level surface.
+RangeImage level_view(double height) {
+  RangeImage image = view_of({0.5, 0.0, 0.0});
+  image.intrinsics = {200, 200, 300.0, 300.0, 99.5, 99.5};
+  image.depth.assign(200 * 200, static_cast<float>(1.0 - height));
+  return image;
+}
+
+TEST_F(GraspClearanceTest, TellsHowMuchOfTheFingersSpaceLiesInShadow) {
+  EXPECT_EQ(GraspClearance(level_view(0.0), gripper_, 0.0).hidden_share(plan()), 0.0);
+  EXPECT_EQ(GraspClearance(level_view(0.4), gripper_, 0.0).hidden_share(plan()), 1.0);
+  // Tips 0.085 above the table: three of seven rings lie more than 1 cm below 0.1251.
+  EXPECT_NEAR(GraspClearance(level_view(0.1251), gripper_, 0.0).hidden_share(plan()), 4.0 / 7.0,
+              1e-9);
+}
+
+TEST_F(GraspClearanceTest, GivesTheMeasuredPointsOfARegion) {
+  const Eigen::Vector3d p_world(0.52, 0.03, 0.11);
+  const GraspClearance clearance(view_of(p_world), gripper_, 0.0);
+  const Eigen::AlignedBox2d around(Eigen::Vector2d(0.5, 0.0), Eigen::Vector2d(0.6, 0.1));
+  const auto points = clearance.points_within(around);
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_LT((points.front() - p_world).norm(), 1e-6);
+  const Eigen::AlignedBox2d beside(Eigen::Vector2d(0.6, 0.0), Eigen::Vector2d(0.7, 0.1));
+  EXPECT_TRUE(clearance.points_within(beside).empty());
 }
 
 }  // namespace

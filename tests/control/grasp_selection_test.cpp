@@ -123,5 +123,72 @@ TEST(GraspSelection, LeavesOutWhatTheArmDoesNotReach) {
   EXPECT_DOUBLE_EQ(plan->detection.T_scene_model.translation().x(), 0.4);
 }
 
+Grasp roomy_grasp(const std::string& name, double room) {
+  Grasp grasp = tilted_grasp(name, 0.0);
+  grasp.expected_width = grasp.pre_opening - 2.0 * room;
+  return grasp;
+}
+
+TEST(GraspSelection, ProbabilityOfAMissIsThatOfTheErrorAlongTheJaws) {
+  const Grasp grasp = roomy_grasp("g", 0.01);
+  Detection detection = at("box", 0.5, 0.1);
+  EXPECT_EQ(miss_probability(detection, grasp), 0.0) << "no covariance";
+  // One standard deviation of room along the jaws: 31.7 % miss. Errors across do not matter.
+  detection.covariance(3, 3) = 1.0;
+  EXPECT_EQ(miss_probability(detection, grasp), 0.0);
+  detection.covariance(4, 4) = 0.01 * 0.01;
+  EXPECT_NEAR(miss_probability(detection, grasp), 0.3173, 1e-4);
+}
+
+TEST(GraspSelection, ARotationErrorMovesADistantToolCentre) {
+  Grasp grasp = roomy_grasp("g", 0.01);
+  grasp.T_object_grasp.translation() << 0.1, 0.0, 0.0;
+  Detection detection = at("box", 0.5, 0.1);
+  detection.T_scene_model.linear() =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  detection.covariance(2, 2) = 0.1 * 0.1;  // about the vertical: 10 mm at 0.1 m
+  EXPECT_NEAR(miss_probability(detection, grasp), 0.3173, 1e-4);
+}
+
+TEST(GraspSelection, TheStrategyTakesTheRoomierGraspOfAnUncertainPose) {
+  const std::vector<ObjectModel> objects{
+      object_with("box", {roomy_grasp("tight", 0.002), roomy_grasp("roomy", 0.015)})};
+  Detection detection = at("box", 0.5, 0.1);
+  detection.covariance.diagonal().setConstant(0.004 * 0.004);
+  ManipulationStrategy strategy;
+  const GraspSelector paper(objects, wide_layout(), 0.0, anywhere,
+                            GraspSelectionOptions::of(strategy));
+  EXPECT_EQ(paper.select({detection}, nullptr)->grasp->name, "tight");
+  strategy.uncertainty = true;
+  const GraspSelector careful(objects, wide_layout(), 0.0, anywhere,
+                              GraspSelectionOptions::of(strategy));
+  EXPECT_EQ(careful.select({detection}, nullptr)->grasp->name, "roomy");
+}
+
+TEST(GraspSelection, TheStrategyLeavesDoubtfulObjectsForLast) {
+  const std::vector<ObjectModel> objects{object_with("box", {tilted_grasp("t", 0.0)})};
+  Detection doubtful = at("box", 0.4, 0.3);
+  doubtful.confidence = 0.3;
+  Detection sure = at("box", 0.6, 0.1);
+  sure.confidence = 0.9;
+  ManipulationStrategy strategy;
+  strategy.uncertainty = true;
+  const GraspSelector careful(objects, wide_layout(), 0.0, anywhere,
+                              GraspSelectionOptions::of(strategy));
+  EXPECT_EQ(careful.select({doubtful, sure}, nullptr)->detection.confidence, 0.9);
+  EXPECT_TRUE(careful.select({doubtful}, nullptr));
+  const GraspSelector paper(objects, wide_layout(), 0.0, anywhere);
+  EXPECT_EQ(paper.select({doubtful, sure}, nullptr)->detection.confidence, 0.3);
+}
+
+TEST(GraspSelection, TheStrategyMayTakeSteepGrasps) {
+  const std::vector<ObjectModel> objects{object_with("box", {tilted_grasp("steep", 50 * kDeg)})};
+  ManipulationStrategy strategy;
+  strategy.steep_grasps = true;
+  const GraspSelector steep(objects, wide_layout(), 0.0, anywhere,
+                            GraspSelectionOptions::of(strategy));
+  EXPECT_TRUE(steep.select({at("box", 0.5, 0.1)}, nullptr));
+}
+
 }  // namespace
 }  // namespace binpick

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <deque>
+#include <numbers>
 #include <set>
 
 #include "models/errors.h"
@@ -21,7 +22,7 @@ ObjectModel cube() {
     grasp.name = name;
     // Approach straight down; the second costs more wrist.
     grasp.T_object_grasp.linear() << 1, 0, 0, 0, -1, 0, 0, 0, -1;
-    grasp.T_object_grasp.translation().z() = 0.02;
+    grasp.T_object_grasp.translation().z() = object.grasps.empty() ? 0.02 : 0.03;
     grasp.pre_opening = 0.08;
     object.grasps.push_back(grasp);
   }
@@ -56,6 +57,7 @@ class ScriptedSkills : public ManipulationSkills {
   std::deque<std::vector<Eigen::Vector3d>> surfaces;
   std::set<std::string> obstructed;
   std::set<std::string> unreachable;
+  std::set<std::string> in_shadow;
   std::vector<std::string> log;
 
   void go_to_overview() override { log.push_back("overview"); }
@@ -65,6 +67,9 @@ class ScriptedSkills : public ManipulationSkills {
   }
   int obstruction(const GraspPlan& plan) override {
     return obstructed.contains(plan.grasp->name) ? 50 : 0;
+  }
+  double hidden_share(const GraspPlan& plan) override {
+    return in_shadow.contains(plan.grasp->name) ? 0.9 : 0.0;
   }
   bool has_way(const GraspPlan& plan, const Place&, const Eigen::Vector2d&) override {
     return !unreachable.contains(plan.grasp->name);
@@ -191,6 +196,114 @@ TEST_F(ManipulationAutomatonTest, HaltsAfterTheAttemptsItWasGiven) {
   const AutomatonResult result = run(options);
   EXPECT_EQ(result.reason, HaltReason::kAttemptsUsed);
   EXPECT_EQ(result.events.back().state, kGraspObject);
+}
+
+TEST_F(ManipulationAutomatonTest, HaltsWhenItHasPutAwayAsManyAsItWasTold) {
+  skills_.views = {{cube_at(0.5, 0.1)}, {cube_at(0.5, 0.1)}, {cube_at(0.5, 0.1)}};
+  skills_.grasps = {SkillResult::kCollision, SkillResult::kDone};
+  AutomatonOptions options;
+  options.max_attempts = 5;
+  options.max_placed = 1;
+  const AutomatonResult result = run(options);
+  EXPECT_EQ(result.reason, HaltReason::kPlacedEnough);
+  EXPECT_EQ(result.placed, 1);
+}
+
+TEST_F(ManipulationAutomatonTest, TakesNoGraspThatLeavesNoWayToThePlace) {
+  skills_.views = {{cube_at(0.5, 0.1)}};
+  skills_.unreachable = {"first"};
+  run();
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp second"));
+  EXPECT_THAT(skills_.log, ::testing::Not(::testing::Contains("grasp first")));
+}
+
+TEST_F(ManipulationAutomatonTest, AGraspWithTheJawsTheOtherWayRoundIsTheSameGrasp) {
+  objects_[0].grasps[1].T_object_grasp = objects_[0].grasps[0].T_object_grasp;
+  objects_[0].grasps[1].T_object_grasp.rotate(
+      Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()));
+  Grasp third = objects_[0].grasps[0];
+  third.name = "third";
+  third.T_object_grasp.translation().z() = 0.04;
+  objects_[0].grasps.push_back(third);
+  const std::vector<Detection> view{cube_at(0.5, 0.1)};
+  skills_.views = {view, view};
+  skills_.grasps = {SkillResult::kCollision};
+  run();
+  EXPECT_THAT(skills_.log, ::testing::Not(::testing::Contains("grasp second")));
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp third"));
+}
+
+TEST_F(ManipulationAutomatonTest, TheStrategyTriesAnotherGraspAtOnceButOncePerLook) {
+  const std::vector<Detection> view{cube_at(0.5, 0.1)};
+  skills_.views = {view, view};
+  skills_.grasps = {SkillResult::kFailedGrasp, SkillResult::kFailedGrasp};
+  AutomatonOptions options;
+  options.strategy.regrasp = true;
+  run(options);
+  ASSERT_GE(skills_.log.size(), 6u);
+  EXPECT_EQ(skills_.log[2], "grasp first");
+  EXPECT_EQ(skills_.log[3], "grasp second");
+  EXPECT_EQ(skills_.log[4], "overview");
+  EXPECT_EQ(skills_.log[5], "recognize");
+}
+
+TEST_F(ManipulationAutomatonTest, ACollisionIsNoReasonToRegraspWithoutALook) {
+  const std::vector<Detection> view{cube_at(0.5, 0.1)};
+  skills_.views = {view, view};
+  skills_.grasps = {SkillResult::kCollision};
+  AutomatonOptions options;
+  options.strategy.regrasp = true;
+  run(options);
+  EXPECT_EQ(skills_.log[3], "overview");
+}
+
+TEST_F(ManipulationAutomatonTest, TheStrategyPushesWhatItCannotGrasp) {
+  const std::vector<Detection> view{cube_at(0.5, 0.1)};
+  skills_.views = {view, view};
+  skills_.unreachable = {"first", "second"};
+  AutomatonOptions options;
+  run(options);
+  EXPECT_THAT(skills_.log, ::testing::Not(::testing::Contains("push")));
+
+  skills_.log.clear();
+  skills_.views = {view, view};
+  options.strategy.search = true;
+  run(options);
+  EXPECT_THAT(skills_.log, ::testing::Contains("push").Times(2));
+}
+
+TEST_F(ManipulationAutomatonTest, TheStrategyPushesWhatItSeesAndDoesNotRecognizeButNotForEver) {
+  skills_.surfaces.assign(100, {Eigen::Vector3d(0.4, 0.0, 0.05)});
+  AutomatonOptions options;
+  options.strategy.search = true;
+  options.max_pushes = 4;
+  const AutomatonResult result = run(options);
+  EXPECT_EQ(result.reason, HaltReason::kBelievedEmpty);
+  // After the fourth push, looks count: two more are pushed at before the third is believed.
+  EXPECT_THAT(skills_.log, ::testing::Contains("push").Times(6));
+}
+
+TEST_F(ManipulationAutomatonTest, WhatCannotBePushedDelaysNothing) {
+  skills_.surfaces.assign(100, {Eigen::Vector3d(0.4, 0.0, 0.05)});
+  skills_.pushes.assign(100, SkillResult::kUnreachable);
+  AutomatonOptions options;
+  options.strategy.search = true;
+  run(options);
+  EXPECT_THAT(skills_.log, ::testing::Contains("recognize").Times(3));
+}
+
+TEST_F(ManipulationAutomatonTest, TheStrategyPrefersFingersWhereItHasSeenThatThereIsRoom) {
+  skills_.in_shadow = {"first"};
+  skills_.views = {{cube_at(0.5, 0.1)}};
+  run();
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp first"));
+
+  skills_.log.clear();
+  skills_.views = {{cube_at(0.5, 0.1)}};
+  AutomatonOptions options;
+  options.strategy.hidden_sides = true;
+  run(options);
+  EXPECT_THAT(skills_.log, ::testing::Contains("grasp second"));
 }
 
 TEST_F(ManipulationAutomatonTest, RefusesObjectsThatHaveNoPlace) {
