@@ -44,17 +44,30 @@ function place(object, [x, y, z, qx, qy, qz, qw]) {
   object.quaternion.set(qx, qy, qz, qw);
 }
 
-/** An arrow that is seen through everything. */
-function makeArrow(colour) {
-  const arrow = new THREE.ArrowHelper(
-    new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 0.1, colour);
-  for (const part of [arrow.line, arrow.cone]) {
-    part.material.depthTest = false;
-    part.material.transparent = true;
-    part.renderOrder = 1;
+const UP = new THREE.Vector3(0, 0, 1);
+const SHAFT = new THREE.CylinderGeometry(0.003, 0.003, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+const HEAD = new THREE.ConeGeometry(0.009, 0.025, 16).rotateX(Math.PI / 2);
+
+/** An arrow that is seen through everything, along its z axis. */
+class Arrow extends THREE.Group {
+  constructor(colour) {
+    super();
+    const material = new THREE.MeshBasicMaterial({
+      color: colour, depthTest: false, transparent: true,
+    });
+    this.shaft = new THREE.Mesh(SHAFT, material);
+    this.head = new THREE.Mesh(HEAD, material);
+    this.shaft.renderOrder = this.head.renderOrder = 1;
+    this.add(this.shaft, this.head);
+    this.visible = false;
   }
-  arrow.visible = false;
-  return arrow;
+
+  point(from, along, length) {
+    this.position.copy(from);
+    this.quaternion.setFromUnitVectors(UP, along);
+    this.shaft.scale.z = length;
+    this.head.position.z = length;
+  }
 }
 
 export class Stage {
@@ -73,7 +86,7 @@ export class Stage {
   /** Builds a scene anew; poses come with `show`. */
   load(scene, replay) {
     this.scene?.traverse((object) => {
-      object.geometry?.dispose();
+      if (![SHAFT, HEAD].includes(object.geometry)) object.geometry?.dispose();
       object.material?.dispose();
     });
     this.replay = replay;
@@ -86,7 +99,7 @@ export class Stage {
     this.addParts(scene);
     this.arrows = replay.contacts.map(({ first, second }) => {
       const ofRobot = ROBOT.test(first) || ROBOT.test(second);
-      const arrow = makeArrow(ofRobot ? COLOUR_ROBOT : COLOUR_OTHER);
+      const arrow = new Arrow(ofRobot ? COLOUR_ROBOT : COLOUR_OTHER);
       this.scene.add(arrow);
       // The force on the robot, and that on an object where no robot takes part.
       return { arrow, sign: ROBOT.test(first) && !ROBOT.test(second) ? -1 : 1 };
@@ -138,10 +151,9 @@ export class Stage {
     const force = vector(3).multiplyScalar(sign * this.replay.forceStep);
     arrow.visible = this.showForces && force.length() > SMALLEST_FORCE;
     if (!arrow.visible) return;
-    arrow.position.copy(vector(0).multiplyScalar(this.replay.positionStep));
     const length = Math.min(force.length() * METRES_PER_NEWTON, LONGEST_ARROW);
-    arrow.setDirection(force.normalize());
-    arrow.setLength(length, Math.min(0.02, 0.5 * length), Math.min(0.014, 0.3 * length));
+    const from = vector(0).multiplyScalar(this.replay.positionStep);
+    arrow.point(from, force.normalize(), length);
   }
 
   resize(width, height) {
