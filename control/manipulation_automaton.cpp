@@ -179,14 +179,14 @@ AutomatonConditions ManipulationAutomaton::act(AutomatonState state, AutomatonEv
 }
 
 AutomatonConditions ManipulationAutomaton::act_recognize(AutomatonEvent& event) {
-  detections_ = skills_.recognize();
-  const std::size_t seen = detections_.size();
-  if (!options_.wanted_model.empty()) {
-    std::erase_if(detections_,
-                  [&](const Detection& d) { return d.model != options_.wanted_model; });
+  const std::vector<Detection> seen = skills_.recognize();
+  detections_.clear();
+  others_.clear();
+  for (Detection& detection : selector_.pickable(seen)) {
+    (wanted(detection.model) ? detections_ : others_).push_back(std::move(detection));
   }
-  detections_ = selector_.pickable(detections_);
-  event.detail = fmt::format("{} objects in the pick region, {} seen", detections_.size(), seen);
+  event.detail =
+      fmt::format("{} objects in the pick region, {} seen", detections_.size(), seen.size());
   regrasped_ = false;
 
   AutomatonConditions conditions;
@@ -229,6 +229,9 @@ std::optional<GraspPlan> ManipulationAutomaton::choose() {
   };
   if (auto plan = selector_.select(detections_, good)) return plan;
   if (auto plan = selector_.select(detections_, free)) return plan;
+  if (options_.strategy.clear_away) {
+    if (auto plan = selector_.select(others_, good)) return plan;
+  }
   // Nothing is free: the way with the least in it, if need be one that failed before.
   if (auto plan = least_obstructed(false)) return plan;
   failed_.clear();
@@ -286,6 +289,7 @@ AutomatonConditions ManipulationAutomaton::act_place(AutomatonEvent& event) {
   AutomatonConditions conditions = after_skill(result, event);
   if (result == SkillResult::kDone) {
     ++placed_;
+    if (wanted(target_->plan.detection.model)) ++wanted_placed_;
     ++placed_per_place_[static_cast<std::size_t>(target_->place - layout_.places.data())];
     failed_.clear();
     idle_cycles_ = 0;

@@ -99,7 +99,8 @@ class ManipulationSkills {
 
 struct AutomatonOptions {
   ManipulationStrategy strategy;
-  /// Only objects of this model are picked; empty for all.
+  /// Only objects of this model are wanted; empty for all. Others are left alone, unless the
+  /// strategy clears them away.
   std::string wanted_model;
   /// The table is believed empty after this many looks in a row without an object. >= 1
   int looks_before_empty = 3;
@@ -107,7 +108,7 @@ struct AutomatonOptions {
   int max_idle_cycles = 30;
   /// It halts after this many attempts to grasp; 0 for no limit.
   int max_attempts = 0;
-  /// It halts after this many objects put away; 0 for no limit.
+  /// It halts after this many wanted objects put away; 0 for no limit.
   int max_placed = 0;
   /// A grasp that failed is avoided while the object lies within this distance of where it failed,
   /// until something has changed. m
@@ -186,6 +187,9 @@ class ManipulationAutomaton {
   [[nodiscard]] std::optional<GraspPlan> choose();
   /// The plan with the least in its way.
   [[nodiscard]] std::optional<GraspPlan> least_obstructed(bool also_failed);
+  [[nodiscard]] bool wanted(const std::string& model) const {
+    return options_.wanted_model.empty() || model == options_.wanted_model;
+  }
   [[nodiscard]] bool failed_before(const GraspPlan& plan) const;
   [[nodiscard]] bool has_way(const GraspPlan& plan);
   [[nodiscard]] std::vector<Eigen::Vector3d> surface_of(const Detection& detection) const;
@@ -193,7 +197,7 @@ class ManipulationAutomaton {
     return options_.max_attempts > 0 && attempts_ >= options_.max_attempts;
   }
   [[nodiscard]] bool placed_enough() const noexcept {
-    return options_.max_placed > 0 && placed_ >= options_.max_placed;
+    return options_.max_placed > 0 && wanted_placed_ >= options_.max_placed;
   }
   [[nodiscard]] Target target_for(GraspPlan plan) const;
 
@@ -205,7 +209,8 @@ class ManipulationAutomaton {
   std::function<void(AutomatonState)> on_state_;
   std::function<void(const AutomatonEvent&)> on_event_;
 
-  std::vector<Detection> detections_;
+  std::vector<Detection> detections_;  ///< of wanted objects
+  std::vector<Detection> others_;      ///< that may be cleared away
   std::optional<Target> target_;
   std::vector<FailedGrasp> failed_;
   /// Surfaces of what may be pushed, the most urgent first.
@@ -214,6 +219,7 @@ class ManipulationAutomaton {
   int pushes_ = 0;
   std::vector<int> placed_per_place_;
   int placed_ = 0;
+  int wanted_placed_ = 0;
   int empty_looks_ = 0;
   int idle_cycles_ = 0;
   int attempts_ = 0;

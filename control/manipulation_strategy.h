@@ -19,11 +19,13 @@ struct ManipulationStrategy {
   bool second_look = false;
   /// Grasps up to 60 degrees off the vertical where none below the paper's 30 is possible.
   bool steep_grasps = false;
+  /// Where every grasp of the wanted objects has something in its way, others are put away first.
+  bool clear_away = false;
   /// What cannot be grasped, or is seen and not recognized, is pushed to where it may.
   bool search = false;
 
   [[nodiscard]] static constexpr ManipulationStrategy best() noexcept {
-    return {true, true, true, true, true, true, true};
+    return {true, true, true, true, true, true, true, true};
   }
 };
 

@@ -106,6 +106,7 @@ void visit_strategy(ConfigVisitor& visitor, std::string& setting, ManipulationSt
     pieces.boolean("regrasp", strategy.regrasp);
     pieces.boolean("second_look", strategy.second_look);
     pieces.boolean("steep_grasps", strategy.steep_grasps);
+    pieces.boolean("clear_away", strategy.clear_away);
     pieces.boolean("search", strategy.search);
   });
 }

@@ -306,6 +306,30 @@ TEST_F(ManipulationAutomatonTest, TheStrategyPrefersFingersWhereItHasSeenThatThe
   EXPECT_THAT(skills_.log, ::testing::Contains("grasp second"));
 }
 
+TEST_F(ManipulationAutomatonTest, TheStrategyClearsAwayWhatStandsInTheWayOfTheWanted) {
+  objects_.push_back(objects_[0]);
+  objects_[1].name = "lid";
+  for (Grasp& grasp : objects_[1].grasps) grasp.name += " of the lid";
+  layout_.places[0].objects.push_back("lid");
+  Detection lid = cube_at(0.5, 0.2);
+  lid.model = "lid";
+  AutomatonOptions options;
+  options.wanted_model = "cube";
+  options.max_placed = 1;
+  skills_.obstructed = {"first", "second"};
+  skills_.views = {{lid, cube_at(0.5, 0.1)}, {cube_at(0.5, 0.1)}};
+  run(options);
+  EXPECT_THAT(skills_.log, ::testing::Not(::testing::Contains("grasp first of the lid")));
+
+  skills_.log.clear();
+  skills_.views = {{lid, cube_at(0.5, 0.1)}, {cube_at(0.5, 0.1)}};
+  options.strategy.clear_away = true;
+  const AutomatonResult result = run(options);
+  EXPECT_EQ(result.placed, 2);
+  EXPECT_EQ(result.reason, HaltReason::kPlacedEnough);
+  EXPECT_EQ(skills_.log[2], "grasp first of the lid");
+}
+
 TEST_F(ManipulationAutomatonTest, RefusesObjectsThatHaveNoPlace) {
   layout_.places.clear();
   EXPECT_THROW(ManipulationAutomaton(skills_, selector_, layout_, objects_), InputError);
