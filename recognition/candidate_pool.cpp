@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "recognition/parallel_for.h"
 #include "recognition/pose_refinement.h"
@@ -84,10 +85,12 @@ void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& c
 }
 
 const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
-  DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_);
+  DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_,
+                               std::move(judgements_));
   selected_ = selection.select(is_last);
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
+  judgements_ = selection.release_memory();
   return selected_;
 }
 
@@ -175,7 +178,8 @@ std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& p
   std::vector<int> leaves;
   for (const int pixel : pixels) {
     const int leaf = scene.leaf_of_pixel(pixel);
-    if (leaf >= 0) leaves.push_back(leaf);
+    // Neighbouring pixels mostly share a leaf.
+    if (leaf >= 0 && (leaves.empty() || leaves.back() != leaf)) leaves.push_back(leaf);
   }
   std::sort(leaves.begin(), leaves.end());
   leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());

@@ -72,6 +72,7 @@ class CandidatePool {
   double dilation_ = 0.0;
   std::vector<Hypothesis> tried_;  // aligned poses that were compared before
   std::vector<Candidate> candidates_;
+  JudgementMemory judgements_;
   std::vector<SelectedCandidate> selected_;
   std::vector<FeatureVector> decided_;
 };

@@ -106,6 +106,7 @@ void DepthRasterizer::project(const RenderMesh& mesh, const Eigen::Isometry3f& T
   projected_.resize(mesh.vertices.size());
   Eigen::Vector2f low = Eigen::Vector2f::Constant(1e9f);
   Eigen::Vector2f high = -low;
+  float largest_inverse = 0.0f;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Eigen::Vector3f p = R * mesh.vertices[i] + t;
     const float inverse = p.z() > kNearest ? 1.0f / p.z() : 0.0f;
@@ -114,7 +115,9 @@ void DepthRasterizer::project(const RenderMesh& mesh, const Eigen::Isometry3f& T
     if (!(inverse > 0.0f)) continue;
     low = low.cwiseMin(projected_[i].head<2>());
     high = high.cwiseMax(projected_[i].head<2>());
+    largest_inverse = std::max(largest_inverse, inverse);
   }
+  rendered_.nearest = largest_inverse > 0.0f ? 1.0f / largest_inverse : 0.0f;
   const auto bound = [](float value, int size) {
     return static_cast<int>(std::clamp(value, -1.0f, static_cast<float>(size)));
   };

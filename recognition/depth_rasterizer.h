@@ -14,6 +14,7 @@ namespace binpick {
 struct RenderedModel {
   int u0 = 0, v0 = 0;  ///< the window's first pixel in the image
   int width = 0, height = 0;
+  float nearest = 0.0f;                ///< depth of the nearest vertex, m
   std::vector<float> depth;            ///< z, m; 0 outside the model
   std::vector<std::int32_t> triangle;  ///< -1 outside the model
 

@@ -55,7 +55,8 @@ double estimate_dilation(std::span<const Candidate> candidates, const Acceptance
 DetectionSelection::DetectionSelection(std::span<const RecognitionModel> models,
                                        const ObservedScene& scene, const SensorEstimate& sensor,
                                        const AcceptanceModel& acceptance,
-                                       std::span<const Candidate> candidates)
+                                       std::span<const Candidate> candidates,
+                                       JudgementMemory memory)
     : models_(models),
       scene_(scene),
       acceptance_(acceptance),
@@ -63,7 +64,9 @@ DetectionSelection::DetectionSelection(std::span<const RecognitionModel> models,
       dilation_(estimate_dilation(candidates, acceptance)),
       least_log_odds_(
           std::log(acceptance.least_probability / (1.0 - acceptance.least_probability))),
-      gatherer_(scene, sensor) {
+      gatherer_(scene, sensor),
+      memory_(std::move(memory)) {
+  memory_.resize(candidates.size());
   for (const Candidate& candidate : candidates) {
     const RecognitionModel& model = models_[static_cast<std::size_t>(candidate.model)];
     const Eigen::Vector3f centre = candidate.T_camera_model * model.centre;
@@ -89,15 +92,48 @@ bool DetectionSelection::is_same_object(std::size_t a, std::size_t b) const {
               model.symmetries) < kSameObject * static_cast<double>(model.diameter);
 }
 
-SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelClaims& claims) {
+std::vector<std::size_t> DetectionSelection::within(
+    const PixelBox& box, const std::vector<SelectedCandidate>& chosen) const {
+  std::vector<std::size_t> near;
+  for (const SelectedCandidate& other : chosen) {
+    if (memory_[other.candidate].reached->overlaps(box)) near.push_back(other.candidate);
+  }
+  std::sort(near.begin(), near.end());
+  return near;
+}
+
+/// What the candidate explains beside the chosen ones. In whatever order they were chosen, together
+/// they claim the same pixels.
+const JudgedCandidate::Judgement& DetectionSelection::look_at(
+    std::size_t candidate, const PixelClaims& claims,
+    const std::vector<SelectedCandidate>& chosen) {
+  JudgedCandidate& known = memory_[candidate];
+  if (known.reached) {
+    const std::vector<std::size_t> beside = within(*known.reached, chosen);
+    for (const JudgedCandidate::Judgement& judgement : known.judgements) {
+      if (judgement.beside == beside) return judgement;
+    }
+  }
   const Candidate& pose = candidates_[candidate];
-  SelectedCandidate judged;
-  judged.candidate = candidate;
-  judged.evidence =
+  JudgedCandidate::Judgement& judgement = known.judgements.emplace_back();
+  judgement.evidence =
       gatherer_.gather(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model, &claims,
                        static_cast<std::int32_t>(candidate));
+  gatherer_.explained_pixels(judgement.pixels);
+  known.reached = gatherer_.reached();
+  judgement.beside = within(*known.reached, chosen);
+  return judgement;
+}
+
+SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelClaims& claims,
+                                            const std::vector<SelectedCandidate>& chosen) {
+  const JudgedCandidate::Judgement& judgement = look_at(candidate, claims, chosen);
+  SelectedCandidate judged;
+  judged.candidate = candidate;
+  judged.evidence = judgement.evidence;
   judged.features = acceptance_features(judged.evidence, dilation_);
   judged.log_odds = acceptance_.log_odds(judged.features);
+  if (judged.log_odds >= least_log_odds_) judged.pixels = judgement.pixels;
   return judged;
 }
 
@@ -111,7 +147,6 @@ DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::siz
   Choice choice{{}, alone_features_};
   const auto take = [&](SelectedCandidate judged) {
     const std::size_t i = judged.candidate;
-    gatherer_.explained_pixels(judged.pixels);
     for (const int pixel : judged.pixels) {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner < 0) owner = static_cast<std::int32_t>(i);
@@ -128,7 +163,7 @@ DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::siz
     choice.selected.push_back(std::move(judged));
   };
   const auto judge_now = [&](std::size_t i) {
-    SelectedCandidate judged = judge(i, claims);
+    SelectedCandidate judged = judge(i, claims, choice.selected);
     choice.decided[i] = judged.features;
     return judged;
   };

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "recognition/acceptance_model.h"
@@ -28,6 +31,20 @@ struct SelectedCandidate {
   std::vector<int> pixels;  ///< which it explains, working resolution, ascending
 };
 
+/// What judging a candidate has shown, to be looked up when it is judged again beside the same
+/// others.
+struct JudgedCandidate {
+  struct Judgement {
+    std::vector<std::size_t> beside;  ///< chosen candidates within reach, ascending
+    HypothesisEvidence evidence;
+    std::vector<int> pixels;  ///< which it explains
+  };
+  std::optional<PixelBox> reached;  ///< once it has been judged
+  std::vector<Judgement> judgements;
+};
+/// By candidate. It holds as long as they stay where they are; new ones may follow.
+using JudgementMemory = std::vector<JudgedCandidate>;
+
 /// By how many pixels the sensor lets nearer surfaces grow: where the steps of depth lie beside the
 /// silhouettes of credible candidates, in the (weighted) median. `fallback` without such.
 [[nodiscard]] double estimate_dilation(std::span<const Candidate> candidates,
@@ -44,7 +61,7 @@ class DetectionSelection {
  public:
   DetectionSelection(std::span<const RecognitionModel> models, const ObservedScene& scene,
                      const SensorEstimate& sensor, const AcceptanceModel& acceptance,
-                     std::span<const Candidate> candidates);
+                     std::span<const Candidate> candidates, JudgementMemory memory = {});
 
   /// Best first, by greedy choice alone or with single exchanges after it. Deterministic.
   [[nodiscard]] std::vector<SelectedCandidate> select(bool with_exchanges = true);
@@ -55,6 +72,8 @@ class DetectionSelection {
     return choice_.decided;
   }
   [[nodiscard]] double dilation() const noexcept { return dilation_; }
+  /// For the next selection among these candidates and more.
+  [[nodiscard]] JudgementMemory release_memory() { return std::move(memory_); }
 
  private:
   struct Footprint {
@@ -67,7 +86,13 @@ class DetectionSelection {
     std::vector<FeatureVector> decided;
   };
   [[nodiscard]] Choice choose(const std::vector<std::size_t>& first);
-  [[nodiscard]] SelectedCandidate judge(std::size_t candidate, const PixelClaims& claims);
+  [[nodiscard]] SelectedCandidate judge(std::size_t candidate, const PixelClaims& claims,
+                                        const std::vector<SelectedCandidate>& chosen);
+  [[nodiscard]] const JudgedCandidate::Judgement& look_at(
+      std::size_t candidate, const PixelClaims& claims,
+      const std::vector<SelectedCandidate>& chosen);
+  [[nodiscard]] std::vector<std::size_t> within(const PixelBox& box,
+                                                const std::vector<SelectedCandidate>& chosen) const;
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
   [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const;
   void exchange(Choice& choice);
@@ -79,6 +104,7 @@ class DetectionSelection {
   double dilation_;
   double least_log_odds_;
   EvidenceGatherer gatherer_;
+  JudgementMemory memory_;
   std::vector<Footprint> footprints_;
   std::vector<FeatureVector> alone_features_;  // of each candidate as if there were no other
   std::vector<double> alone_;                  // their log odds

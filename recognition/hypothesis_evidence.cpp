@@ -3,15 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace binpick {
 namespace {
 
-constexpr float kSigmas = 3.0f;
-constexpr float kNearOcclusionBands = 4.0f;  // limits: what is farther in front is an occluder
-constexpr float kLikeNormal = 0.77f;         // 40 degrees
-constexpr float kContinuedNormal = 0.94f;    // 20 degrees
+constexpr float kContinuedNormal = 0.94f;  // 20 degrees
 constexpr int kRimWidth = 2;
 constexpr int kInwardReach = 3;
 constexpr int kLeastOutwardReach = 5;   // pixels: beyond any sensor's dilation
@@ -19,18 +17,22 @@ constexpr float kLeavesOutward = 1.6f;  // and this many leaves beyond the silho
 constexpr float kSteepest = 5.0f;       // tangent of the slant at which a surface may go on
 constexpr float kContinuedBand = 1.5f;  // limits
 constexpr float kStepBand = 3.0f;       // limits
+// A normal counts where those within this many leaves of it, the reach of the scene's normals, have
+// a mean not much shorter than 1: a cap of 45 degrees has 0.85.
+constexpr float kNormalReach = 1.5f;
+constexpr float kRoughest = 0.15f;
+// A step of depth places the silhouette to about two pixels, a matched pixel the surface to less
+// than one; every other pixel of the silhouette is walked.
+constexpr float kStepInformation = 0.5f;
 
-enum Verdict : std::uint8_t {
-  kOutside,
-  kMatched,
-  kBadNormal,
-  kSeenThrough,
-  kNearOccluded,
-  kFarOccluded,
-  kMissing,
-  kOnSupport,
-  kClaimed
-};
+constexpr float square(float x) { return x * x; }
+
+/// How far a silhouette is walked outwards from a pixel of the model `pixel` metres wide.
+int outward_reach(const ObservedScene& scene, float pixel) {
+  return std::max(
+      kLeastOutwardReach,
+      static_cast<int>(std::lround(kLeavesOutward * scene.octree().leaf_size() / pixel)));
+}
 
 }  // namespace
 
@@ -44,15 +46,13 @@ class EvidencePass {
         scene_(gatherer.scene_),
         projection_(gatherer.scene_.projection()),
         model_(model),
-        R_(T_camera_model.linear()),
-        tolerance_(model_tolerance(model)),
-        pixel_width_(1.0f / projection_.fx),
+        rules_(rules(gatherer, model, T_camera_model, claimant)),
         claims_(claims),
-        claimant_(claimant),
-        window_(gatherer.rasterizer_.render(model.render_mesh, T_camera_model, projection_)) {
+        window_(gatherer.rasterizer_.render(model.render_mesh, T_camera_model, projection_)),
+        covered_(gatherer.covered_) {
     gatherer.rendered_ = &window_;
     gatherer.model_ = &model;
-    gatherer.R_camera_model_ = R_;
+    gatherer.R_camera_model_ = rules_.R_camera_model;
     gatherer.steps_.clear();
   }
 
@@ -64,21 +64,30 @@ class EvidencePass {
   }
 
  private:
+  [[nodiscard]] static VerdictRules rules(const EvidenceGatherer& gatherer,
+                                          const RecognitionModel& model,
+                                          const Eigen::Isometry3f& T_camera_model,
+                                          std::int32_t claimant) {
+    VerdictRules rules;
+    rules.R_camera_model = T_camera_model.linear();
+    rules.mesh = &model.render_mesh;
+    rules.roughest = kRoughest / square(kNormalReach * gatherer.scene_.octree().leaf_size());
+    rules.tolerance = model_tolerance(model);
+    rules.sensor = gatherer.sensor_;
+    rules.pixel_width = 1.0f / gatherer.scene_.projection().fx;
+    rules.claimant = claimant;
+    return rules;
+  }
   [[nodiscard]] int scene_index(int u, int v) const {
     return (window_.v0 + v) * projection_.width + window_.u0 + u;
   }
   [[nodiscard]] bool is_claimed(int index) const {
     if (claims_ == nullptr) return false;
     const std::int32_t owner = (*claims_)[static_cast<std::size_t>(index)];
-    return owner >= 0 && owner != claimant_;
-  }
-  /// Square of the largest residual along the normal that counts as agreement.
-  [[nodiscard]] float limit_squared(float z, float n_ray) const {
-    return tolerance_ * tolerance_ +
-           kSigmas * kSigmas * gatherer_.sensor_.normal_variance(z, n_ray, pixel_width_);
+    return owner >= 0 && owner != rules_.claimant;
   }
   [[nodiscard]] Eigen::Vector3f normal_of(std::int32_t triangle) const {
-    return R_ * model_.render_mesh.normals[static_cast<std::size_t>(triangle)];
+    return rules_.R_camera_model * model_.render_mesh.normals[static_cast<std::size_t>(triangle)];
   }
 
   void judge_pixels() {
@@ -88,114 +97,76 @@ class EvidencePass {
       ray_x[static_cast<std::size_t>(u)] =
           (static_cast<float>(window_.u0 + u) - projection_.cx) / projection_.fx;
     }
-    gatherer_.verdicts_.assign(window_.depth.size(), kOutside);
-    std::size_t i = 0;
+    gatherer_.verdicts_.assign(window_.depth.size(), Verdict::kOutside);
+    for (CoverageMask* mask : {&covered_, &gatherer_.seen_through_, &gatherer_.near_occluded_}) {
+      mask->reset(window_.width, window_.height);
+    }
+    static const JudgeRow judge_row = best_judge_row();
+    PixelRow row;
+    row.size = static_cast<std::size_t>(window_.width);
+    row.ray_x = ray_x.data();
     for (int v = 0; v < window_.height; ++v) {
-      const float ray_y = (static_cast<float>(window_.v0 + v) - projection_.cy) / projection_.fy;
-      for (int u = 0; u < window_.width; ++u, ++i) {
-        const std::int32_t triangle = window_.triangle[i];
-        if (triangle < 0) continue;
-        if (triangle != last_triangle_) change_triangle(triangle);
-        const float n_ray =
-            normal_.x() * ray_x[static_cast<std::size_t>(u)] + normal_.y() * ray_y + normal_.z();
-        gatherer_.verdicts_[i] = judge(scene_index(u, v), window_.depth[i], n_ray);
+      const std::size_t first = window_.index(0, v);
+      const auto first_of_scene = static_cast<std::size_t>(scene_index(0, v));
+      row.depth = window_.depth.data() + first;
+      row.triangle = window_.triangle.data() + first;
+      row.scene = scene_.pixels().data() + first_of_scene;
+      row.claims = claims_ == nullptr ? nullptr : claims_->data() + first_of_scene;
+      row.ray_y = (static_cast<float>(window_.v0 + v) - projection_.cy) / projection_.fy;
+      judge_row(row, rules_,
+                {gatherer_.verdicts_.data() + first, covered_.row(v),
+                 gatherer_.seen_through_.row(v), gatherer_.near_occluded_.row(v)},
+                sums_);
+    }
+    count();
+  }
+
+  void count() {
+    evidence_.matched = sums_.count(Verdict::kMatched);
+    evidence_.bad_normal = sums_.count(Verdict::kBadNormal);
+    evidence_.far_occluded = sums_.count(Verdict::kFarOccluded);
+    evidence_.missing = sums_.count(Verdict::kMissing);
+    evidence_.on_support = sums_.count(Verdict::kOnSupport);
+    evidence_.claimed = sums_.count(Verdict::kClaimed);
+    for (const int count : sums_.counts) evidence_.rendered += count;
+    for (int v = 0; v < window_.height; ++v) {
+      for (int word = 0; word < covered_.words(); ++word) {
+        const std::uint64_t seen_through = gatherer_.seen_through_.row(v)[word];
+        const std::uint64_t near_occluded = gatherer_.near_occluded_.row(v)[word];
+        if ((seen_through | near_occluded) == 0) continue;
+        std::uint64_t inner = ~std::uint64_t{0};
+        for (int step = 1; step <= kRimWidth; ++step) {
+          inner &= covered_.neighbours(word, v, step).all();
+        }
+        evidence_.seen_through += std::popcount(seen_through & inner);
+        evidence_.seen_through_rim += std::popcount(seen_through & ~inner);
+        evidence_.near_occluded += std::popcount(near_occluded & inner);
+        evidence_.far_occluded += std::popcount(near_occluded & ~inner);
       }
     }
-    change_triangle(last_triangle_);
-  }
-
-  void change_triangle(std::int32_t triangle) {
-    if (run_ > 0) scatter_.noalias() += static_cast<float>(run_) * normal_ * normal_.transpose();
-    run_ = 0;
-    if (triangle < 0) return;
-    last_triangle_ = triangle;
-    normal_ = normal_of(triangle);
-  }
-
-  Verdict judge(int index, float z, float n_ray) {
-    const ScenePixel& pixel = scene_.pixel(index);
-    if (!(pixel.depth > 0.0f)) return kMissing;
-    const float in_front = n_ray * (pixel.depth - z);
-    const float limit = limit_squared(z, n_ray);
-    const float square = in_front * in_front;
-    if (square > limit) {
-      if (in_front < 0.0f) return kSeenThrough;
-      const bool near = square < kNearOcclusionBands * kNearOcclusionBands * limit;
-      return near && !is_claimed(index) ? kNearOccluded : kFarOccluded;
-    }
-    if (is_claimed(index)) return kClaimed;
-    if ((pixel.flags & ScenePixel::kSupport) != 0) return kOnSupport;
-    if ((pixel.flags & ScenePixel::kNormal) != 0) {
-      const float cosine = normal_.dot(pixel.normal());
-      if (cosine < kLikeNormal) return kBadNormal;
-      normal_error_ += std::max(1.0f - cosine, 0.0f);  // stored normals are rounded
-      ++normals_;
-    }
-    ++run_;
-    residual_sum_ += in_front;
-    residual_squares_ += square / limit;
-    return kMatched;
   }
 
   [[nodiscard]] Verdict verdict_at(int u, int v) const {
-    if (u < 0 || v < 0 || u >= window_.width || v >= window_.height) return kOutside;
-    return static_cast<Verdict>(gatherer_.verdicts_[window_.index(u, v)]);
+    if (u < 0 || v < 0 || u >= window_.width || v >= window_.height) return Verdict::kOutside;
+    return gatherer_.verdicts_[window_.index(u, v)];
   }
-  [[nodiscard]] bool near_silhouette(int u, int v) const {
-    for (int step = 1; step <= kRimWidth; ++step) {
-      if (verdict_at(u - step, v) == kOutside || verdict_at(u + step, v) == kOutside ||
-          verdict_at(u, v - step) == kOutside || verdict_at(u, v + step) == kOutside) {
-        return true;
-      }
-    }
-    return false;
-  }
-
-  /// Counts the verdicts; every other pixel of the silhouette is walked.
+  /// Every other pixel of the silhouette.
   void walk_silhouette() {
-    constexpr std::array<std::array<int, 2>, 4> kDirections = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+    constexpr std::uint64_t kEven = 0x5555555555555555u;
     for (int v = 0; v < window_.height; ++v) {
-      for (int u = 0; u < window_.width; ++u) {
-        const Verdict verdict = verdict_at(u, v);
-        if (verdict == kOutside) continue;
-        ++evidence_.rendered;
-        count(verdict, u, v);
-        if (((u + v) & 1) != 0) continue;
-        for (const auto& [du, dv] : kDirections) {
-          if (verdict_at(u + du, v + dv) == kOutside) walk(u, v, du, dv, verdict);
-        }
+      const std::uint64_t every_other = v % 2 == 0 ? kEven : ~kEven;
+      for (int word = 0; word < covered_.words(); ++word) {
+        const std::uint64_t here = covered_.row(v)[word] & every_other;
+        if (here == 0) continue;
+        const CoverageMask::Neighbours beside = covered_.neighbours(word, v, 1);
+        for_each_pixel(here & ~beside.all(), word, [&](int u) {
+          const std::uint64_t bit = std::uint64_t{1} << (u % 64);
+          if ((beside.left & bit) == 0) walk(u, v, -1, 0);
+          if ((beside.right & bit) == 0) walk(u, v, 1, 0);
+          if ((beside.above & bit) == 0) walk(u, v, 0, -1);
+          if ((beside.below & bit) == 0) walk(u, v, 0, 1);
+        });
       }
-    }
-  }
-
-  void count(Verdict verdict, int u, int v) {
-    switch (verdict) {
-      case kMatched:
-        ++evidence_.matched;
-        break;
-      case kBadNormal:
-        ++evidence_.bad_normal;
-        break;
-      case kSeenThrough:
-        ++(near_silhouette(u, v) ? evidence_.seen_through_rim : evidence_.seen_through);
-        break;
-      case kNearOccluded:
-        ++evidence_.near_occluded;
-        break;
-      case kFarOccluded:
-        ++evidence_.far_occluded;
-        break;
-      case kMissing:
-        ++evidence_.missing;
-        break;
-      case kOnSupport:
-        ++evidence_.on_support;
-        break;
-      case kClaimed:
-        ++evidence_.claimed;
-        break;
-      case kOutside:
-        break;
     }
   }
 
@@ -203,30 +174,35 @@ class EvidencePass {
     ++evidence_.edges_matched;
     offset_sum_ += static_cast<float>(offset);
     offset_squares_ += static_cast<float>(offset * offset);
+    const Eigen::Vector2f across = outwards(u, v);
+    edge_scatter_.noalias() += across * across.transpose();
     gatherer_.steps_.push_back({window_.u0 + u, window_.v0 + v, du, dv, offset,
-                                window_.depth[window_.index(u, v)], outwards(u, v)});
+                                window_.depth[window_.index(u, v)], across});
   }
 
   /// The direction in which the covered part of the neighbourhood thins out.
   [[nodiscard]] Eigen::Vector2f outwards(int u, int v) const {
     constexpr int kReach = 3;
-    Eigen::Vector2f inwards = Eigen::Vector2f::Zero();
+    int sum_u = 0;
+    int sum_v = 0;
     for (int dv = -kReach; dv <= kReach; ++dv) {
-      for (int du = -kReach; du <= kReach; ++du) {
-        if (verdict_at(u + du, v + dv) != kOutside) {
-          inwards += Eigen::Vector2f(static_cast<float>(du), static_cast<float>(dv));
-        }
+      const unsigned row = covered_.seven_about(u, v + dv);
+      sum_v += dv * std::popcount(row);
+      for (int du = 1; du <= kReach; ++du) {
+        sum_u += du * (static_cast<int>(row >> (kReach + du) & 1u) -
+                       static_cast<int>(row >> (kReach - du) & 1u));
       }
     }
-    return -inwards.normalized();
+    return -Eigen::Vector2f(static_cast<float>(sum_u), static_cast<float>(sum_v)).normalized();
   }
 
   /// From a pixel of the silhouette: where does the scene step back?
-  void walk(int u, int v, int du, int dv, Verdict verdict) {
+  void walk(int u, int v, int du, int dv) {
+    const Verdict verdict = verdict_at(u, v);
     ++evidence_.edges;
-    if (verdict == kSeenThrough) {
+    if (verdict == Verdict::kSeenThrough) {
       walk_inwards(u, v, du, dv);
-    } else if (verdict == kMatched || verdict == kBadNormal) {
+    } else if (verdict == Verdict::kMatched || verdict == Verdict::kBadNormal) {
       walk_outwards(u, v, du, dv);
     }
   }
@@ -234,10 +210,10 @@ class EvidencePass {
   void walk_inwards(int u, int v, int du, int dv) {
     for (int k = 1; k <= kInwardReach; ++k) {
       const Verdict inside = verdict_at(u - k * du, v - k * dv);
-      if (inside == kMatched || inside == kBadNormal) {
+      if (inside == Verdict::kMatched || inside == Verdict::kBadNormal) {
         return add_edge(u, v, du, dv, -k);
       }
-      if (inside != kSeenThrough) return;
+      if (inside != Verdict::kSeenThrough) return;
     }
     ++evidence_.edges_missed;
   }
@@ -248,16 +224,16 @@ class EvidencePass {
     const Eigen::Vector3f n = normal_of(window_.triangle[start]);
     const Eigen::Vector3f p = projection_.point(window_.u0 + u, window_.v0 + v, z);
     const float height = n.dot(p);
-    const float pixel = pixel_width_ * z;
-    const int reach = std::max(
-        kLeastOutwardReach,
-        static_cast<int>(std::lround(kLeavesOutward * scene_.octree().leaf_size() / pixel)));
+    const float pixel = rules_.pixel_width * z;
+    const int reach = outward_reach(scene_, pixel);
     bool reliable = false;
     bool alike = false;
     for (int k = 1; k <= reach; ++k) {
       const int at_u = window_.u0 + u + k * du;
       const int at_v = window_.v0 + v + k * dv;
       if (at_u < 0 || at_v < 0 || at_u >= projection_.width || at_v >= projection_.height) return;
+      // A notch of the silhouette says nothing.
+      if (verdict_at(u + k * du, v + k * dv) != Verdict::kOutside) return;
       const int index = at_v * projection_.width + at_u;
       const ScenePixel& seen = scene_.pixel(index);
       if (!(seen.depth > 0.0f)) return;
@@ -266,7 +242,7 @@ class EvidencePass {
       const float farthest = kSteepest * pixel * static_cast<float>(k);
       const float plane = n_ray < -0.05f ? height / n_ray : z + farthest;
       const float behind = seen.depth - std::clamp(plane, z - farthest, z + farthest);
-      const float limit = std::sqrt(limit_squared(z, n_ray)) / std::max(-n_ray, 0.3f);
+      const float limit = std::sqrt(rules_.limit_squared(z, n_ray)) / std::max(-n_ray, 0.3f);
       if (behind > kStepBand * limit) return add_edge(u, v, du, dv, k - 1);
       if (behind < -kContinuedBand * limit) return;  // an occluder or a neighbour in front
       if ((seen.flags & ScenePixel::kSupport) != 0 || is_claimed(index)) return;
@@ -280,13 +256,21 @@ class EvidencePass {
   void finish() {
     if (evidence_.matched > 0) {
       const auto matched = static_cast<float>(evidence_.matched);
-      evidence_.residual_mean = residual_sum_ / (matched * tolerance_);
-      evidence_.residual_rms = std::sqrt(residual_squares_ / matched);
+      evidence_.residual_mean = VerdictSums::total(sums_.residual) / (matched * rules_.tolerance);
+      evidence_.residual_rms = std::sqrt(VerdictSums::total(sums_.residual_squares) / matched);
+      const Eigen::Matrix3f scatter = sums_.normal_scatter();
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
-      solver.computeDirect(scatter_ / matched, Eigen::EigenvaluesOnly);
+      solver.computeDirect(scatter / matched, Eigen::EigenvaluesOnly);
       evidence_.second_face = std::max(solver.eigenvalues()[1], 0.0f);
+      Eigen::Matrix3f information = scatter;
+      information.topLeftCorner<2, 2>() += kStepInformation * edge_scatter_;
+      solver.computeDirect(information, Eigen::EigenvaluesOnly);
+      evidence_.least_information = std::max(solver.eigenvalues()[0], 0.0f);
     }
-    if (normals_ > 0) evidence_.normal_error = normal_error_ / static_cast<float>(normals_);
+    if (sums_.normals > 0) {
+      evidence_.normal_error =
+          VerdictSums::total(sums_.normal_error) / static_cast<float>(sums_.normals);
+    }
     if (evidence_.edges_matched > 0) {
       const auto edges = static_cast<float>(evidence_.edges_matched);
       evidence_.edge_offset = offset_sum_ / edges;
@@ -299,21 +283,13 @@ class EvidencePass {
   const ObservedScene& scene_;
   const Projection& projection_;
   const RecognitionModel& model_;
-  const Eigen::Matrix3f R_;
-  const float tolerance_;
-  const float pixel_width_;
+  const VerdictRules rules_;
   const PixelClaims* claims_;
-  const std::int32_t claimant_;
   const RenderedModel& window_;
 
-  std::int32_t last_triangle_ = -1;
-  Eigen::Vector3f normal_ = Eigen::Vector3f::Zero();
-  int run_ = 0;  // matched pixels with the normal
-  Eigen::Matrix3f scatter_ = Eigen::Matrix3f::Zero();
-  float residual_sum_ = 0.0f;
-  float residual_squares_ = 0.0f;
-  float normal_error_ = 0.0f;
-  int normals_ = 0;
+  CoverageMask& covered_;
+  VerdictSums sums_;
+  Eigen::Matrix2f edge_scatter_ = Eigen::Matrix2f::Zero();
   float offset_sum_ = 0.0f;
   float offset_squares_ = 0.0f;
   HypothesisEvidence evidence_;
@@ -330,13 +306,20 @@ HypothesisEvidence EvidenceGatherer::gather(const RecognitionModel& model,
   return evidence;
 }
 
+PixelBox EvidenceGatherer::reached() const {
+  if (rendered_ == nullptr || rendered_->depth.empty()) return {};
+  const int reach = outward_reach(scene_, rendered_->nearest / scene_.projection().fx);
+  return {rendered_->u0 - reach, rendered_->v0 - reach, rendered_->u0 + rendered_->width + reach,
+          rendered_->v0 + rendered_->height + reach};
+}
+
 void EvidenceGatherer::explained_pixels(std::vector<int>& pixels) const {
   pixels.clear();
   if (rendered_ == nullptr) return;
   std::size_t i = 0;
   for (int v = 0; v < rendered_->height; ++v) {
     for (int u = 0; u < rendered_->width; ++u, ++i) {
-      if (verdicts_[i] != kMatched && verdicts_[i] != kBadNormal) continue;
+      if (verdicts_[i] != Verdict::kMatched && verdicts_[i] != Verdict::kBadNormal) continue;
       pixels.push_back((rendered_->v0 + v) * scene_.projection().width + rendered_->u0 + u);
     }
   }
@@ -350,7 +333,7 @@ int EvidenceGatherer::matched_count(const PixelClaims& claims, std::int32_t clai
     const std::int32_t* row =
         claims.data() + (rendered_->v0 + v) * scene_.projection().width + rendered_->u0;
     for (int u = 0; u < rendered_->width; ++u, ++i) {
-      if (verdicts_[i] == kMatched && (row[u] < 0 || row[u] == claimant)) ++count;
+      if (verdicts_[i] == Verdict::kMatched && (row[u] < 0 || row[u] == claimant)) ++count;
     }
   }
   return count;
@@ -363,7 +346,7 @@ void EvidenceGatherer::matched_pixels(int stride, std::vector<MatchedPixel>& pix
   for (int v = stride / 2; v < rendered_->height; v += stride) {
     for (int u = stride / 2; u < rendered_->width; u += stride) {
       const std::size_t i = rendered_->index(u, v);
-      if (verdicts_[i] != kMatched) continue;
+      if (verdicts_[i] != Verdict::kMatched) continue;
       const Eigen::Vector3f ray = projection.point(rendered_->u0 + u, rendered_->v0 + v, 1.0f);
       const auto triangle = static_cast<std::size_t>(rendered_->triangle[i]);
       const Eigen::Vector3f normal = R_camera_model_ * model_->render_mesh.normals[triangle];

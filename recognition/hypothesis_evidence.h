@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "recognition/coverage_mask.h"
 #include "recognition/depth_rasterizer.h"
 #include "recognition/observed_scene.h"
+#include "recognition/pixel_verdicts.h"
 #include "recognition/recognition_model.h"
 #include "recognition/sensor_estimate.h"
 
@@ -21,12 +23,14 @@ struct HypothesisEvidence {
   int seen_through =
       0;  ///< the scene is behind the model, three pixels or more from the silhouette
   int seen_through_rim = 0;  ///< the same within two pixels of the silhouette
-  int near_occluded = 0;     ///< the scene is in front, but so little that it is rather the surface
-                             ///< of something larger than an occluder
-  int far_occluded = 0;      ///< an occluder, or a surface that a better hypothesis explains
-  int missing = 0;           ///< nothing was measured
-  int on_support = 0;        ///< depth agrees with a support plane
-  int claimed = 0;           ///< depth agrees, but another object explains the pixel
+  /// The scene is in front, but so little that it is rather the surface of something larger than an
+  /// occluder: inside the silhouette, and where the scene is smooth. Beside a step of depth it is
+  /// the sensor that lets a neighbour grow.
+  int near_occluded = 0;
+  int far_occluded = 0;  ///< an occluder, or a surface that a better hypothesis explains
+  int missing = 0;       ///< nothing was measured
+  int on_support = 0;    ///< depth agrees with a support plane
+  int claimed = 0;       ///< depth agrees, but another object explains the pixel
 
   /// Samples of the model's silhouette, each walked outwards and, where the scene is behind the
   /// model there, inwards.
@@ -42,7 +46,10 @@ struct HypothesisEvidence {
   float normal_error = 0.0f;   ///< mean of 1 - cos of the angle between the normals
   float second_face = 0.0f;    ///< middle eigenvalue of the scatter of the matched normals, whose
                                ///< trace is 1: 0 for a single flat face
-  float expected = 0.0f;       ///< matched pixels of a typical unoccluded view at this distance
+  /// Least eigenvalue of the information about the place that matched pixels give along their
+  /// normals and the silhouette's steps across it, in matched pixels: whether it could slide.
+  float least_information = 0.0f;
+  float expected = 0.0f;  ///< matched pixels of a typical unoccluded view at this distance
 };
 
 /// Which accepted hypothesis explains a pixel of the working resolution; -1 for none.
@@ -65,6 +72,15 @@ struct SilhouetteStep {
   Eigen::Vector2f outwards = Eigen::Vector2f::Zero();  ///< silhouette's normal in the image
 };
 
+/// Pixels [u0, u1) x [v0, v1) of the working image, or of what would lie beside it.
+struct PixelBox {
+  int u0 = 0, v0 = 0, u1 = 0, v1 = 0;
+
+  [[nodiscard]] bool overlaps(const PixelBox& other) const {
+    return u0 < other.u1 && other.u0 < u1 && v0 < other.v1 && other.v0 < v1;
+  }
+};
+
 /// Renders hypotheses and compares them with one scene. Keeps its buffers between calls: one object
 /// per thread.
 class EvidenceGatherer {
@@ -79,6 +95,9 @@ class EvidenceGatherer {
                                           const Eigen::Isometry3f& T_camera_model,
                                           const PixelClaims* claims = nullptr,
                                           std::int32_t claimant = -1);
+
+  /// The pixels that the last call of gather may have looked at.
+  [[nodiscard]] PixelBox reached() const;
 
   /// Replaces `pixels` by those whose depth the model explained in the last call of gather,
   /// ascending indices into the scene's working image.
@@ -103,8 +122,11 @@ class EvidenceGatherer {
   const RenderedModel* rendered_ = nullptr;
   const RecognitionModel* model_ = nullptr;
   Eigen::Matrix3f R_camera_model_ = Eigen::Matrix3f::Identity();
-  std::vector<float> ray_x_;            // x / z of the window's columns
-  std::vector<std::uint8_t> verdicts_;  // of the window's pixels
+  std::vector<float> ray_x_;       // x / z of the window's columns
+  std::vector<Verdict> verdicts_;  // of the window's pixels
+  CoverageMask covered_;           // by the model
+  CoverageMask seen_through_;      // of the verdicts, for these two depend on the silhouette
+  CoverageMask near_occluded_;
   std::vector<SilhouetteStep> steps_;
 };
 

@@ -78,6 +78,48 @@ TEST_F(Selection, PosesThatTheSceneContradictsAreNotChosen) {
   EXPECT_TRUE(select({}).empty());
 }
 
+TEST_F(Selection, FeaturesAreThoseBesideTheSetThatStood) {
+  // A twin of another name loses, is tried in an exchange, and loses again.
+  models_.push_back(models_.front());
+  EvidenceGatherer gatherer(*scene_, sensor_);
+  std::vector<Candidate> candidates;
+  for (const int model : {0, 1}) {
+    candidates.push_back({model, left_, gatherer.gather(models_[0], left_)});
+  }
+  DetectionSelection selection(models_, *scene_, sensor_, calibrated_acceptance(), candidates);
+  const std::vector<SelectedCandidate> selected = selection.select();
+  ASSERT_EQ(selected.size(), 1u);
+  const std::size_t chosen = selected[0].candidate;
+  constexpr auto kClaimed = static_cast<std::size_t>(Feature::kClaimed);
+  EXPECT_EQ(selection.decided_features()[chosen][kClaimed], 0.0);
+  EXPECT_GT(selection.decided_features()[1 - chosen][kClaimed], 0.9);
+}
+
+TEST_F(Selection, RememberedJudgementsAreThoseOfAFreshSelection) {
+  EvidenceGatherer gatherer(*scene_, sensor_);
+  std::vector<Candidate> candidates;
+  JudgementMemory memory;
+  // One after the other, so that every selection but the first remembers; chosen ones overlap.
+  for (const Eigen::Isometry3f& T :
+       {at(-0.112f, 0.006f), at(-0.1f, 0.03f), left_, right_, at(0.118f, 0.024f), at(0.0f, 0.0f)}) {
+    candidates.push_back({0, T, gatherer.gather(models_[0], T)});
+    DetectionSelection remembering(models_, *scene_, sensor_, calibrated_acceptance(), candidates,
+                                   std::move(memory));
+    DetectionSelection fresh(models_, *scene_, sensor_, calibrated_acceptance(), candidates);
+    const std::vector<SelectedCandidate> a = remembering.select();
+    const std::vector<SelectedCandidate> b = fresh.select();
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].candidate, b[i].candidate);
+      EXPECT_EQ(a[i].features, b[i].features);
+      EXPECT_EQ(a[i].pixels, b[i].pixels);
+    }
+    EXPECT_EQ(remembering.decided_features(), fresh.decided_features());
+    memory = remembering.release_memory();
+  }
+  EXPECT_GT(memory[2].judgements.size(), 0u);
+}
+
 TEST_F(Selection, DilationIsReadOffCredibleCandidates) {
   EvidenceGatherer gatherer(*scene_, sensor_);
   Candidate candidate{0, left_, gatherer.gather(models_[0], left_)};
