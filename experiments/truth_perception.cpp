@@ -8,9 +8,9 @@ namespace binpick {
 namespace {
 
 constexpr std::size_t kSurfacePoints = 2000;
-constexpr double kLeastVisible = 0.05;
+constexpr double kLeastVisible = 0.10;
 // Sensor noise and the edges of pixels: seen is what lies this near to the measured depth, m.
-constexpr double kSameDepth = 0.015;
+constexpr double kSameDepth = 0.01;
 
 /// Whether the image shows this point of a surface at its place.
 bool shows(const RangeImage& image, const Eigen::Vector3d& p_camera) {

@@ -15,7 +15,7 @@ class TruthPerception final : public Perception {
   /// `world` must outlive the perception.
   explicit TruthPerception(const World& world);
 
-  /// Objects of whose surface, as far as it faces the camera, the image shows at least 5 %; with
+  /// Objects of whose surface, as far as it faces the camera, the image shows at least 10 %; with
   /// that share as visibility, certain, without pose error.
   [[nodiscard]] std::vector<Detection> recognize(const RangeImage& image) override;
 
