@@ -1,6 +1,7 @@
 #include "control/joint_limit_barrier.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace binpick {
@@ -35,39 +36,50 @@ JointVector JointLimitBarrier::keep(const JointVector& tau, const TorqueRange& r
   const JointMatrix& M = motion.dynamics.M;
   const JointVector unbalanced = tau - motion.dynamics.gravity - motion.dynamics.coriolis;
   JointVector qdd = motion.space.acceleration_of(unbalanced);
-  const JointVector leaning = motion.space.acceleration_of(motion.residual);
+  const JointVector pushed = motion.space.acceleration_of(motion.residual);
+  JointVector more = JointVector::Zero();  // than qdd, should the arm still be pushed
+  JointVector less = JointVector::Zero();
+  for (int i = 0; i < kArmJoints; ++i) {
+    if (std::abs(motion.rate[i]) < kSlowShare * kTopSpeed * limits_.velocity[i]) {
+      qdd[i] += pushed[i];
+    } else {
+      more[i] = std::max(pushed[i], 0.0);
+      less[i] = std::max(-pushed[i], 0.0);
+    }
+  }
 
+  // (M^-1)_ii >= 1 / M_ii: bounds that are quick to find, and mostly far away.
   JointVector most;
   JointVector least;
-  const auto find_bounds = [&](int i, double jerk) {
+  const auto find_bounds = [&](int i, double mobility) {
+    const double jerk = kRateShare * torque_rate_ * mobility;
     const double top = kTopSpeed * limits_.velocity[i];
     const double k = std::min(kSteepestApproach,
                               kBrakingShare * limits_.effort[i] / (M(i, i) * limits_.velocity[i]));
     const double rate = motion.rate[i];
-    most[i] = largest_acceleration(rate, top, limits_.upper[i] - motion.q[i], k, jerk, dt);
-    least[i] = -largest_acceleration(-rate, top, motion.q[i] - limits_.lower[i], k, jerk, dt);
+    const double way_up = limits_.upper[i] - motion.q[i];
+    const double way_down = motion.q[i] - limits_.lower[i];
+    most[i] = largest_acceleration(rate, top, way_up, k, jerk, dt) - more[i];
+    least[i] = less[i] - largest_acceleration(-rate, top, way_down, k, jerk, dt);
   };
-  // (M^-1)_ii >= 1 / M_ii: a bound that is quick to find, and mostly far away.
-  bool watched = false;
-  for (int i = 0; i < kArmJoints; ++i) {
-    if (std::abs(motion.rate[i]) < kSlowShare * kTopSpeed * limits_.velocity[i]) {
-      qdd[i] += leaning[i];
-    }
-    find_bounds(i, kRateShare * torque_rate_ / M(i, i));
-    watched = watched || qdd[i] > most[i] || qdd[i] < least[i];
-  }
-  if (!watched) return tau;
+  for (int i = 0; i < kArmJoints; ++i) find_bounds(i, 1.0 / M(i, i));
 
-  JointMatrix response;  // M^-1
-  for (int i = 0; i < kArmJoints; ++i) {
-    response.col(i) = motion.space.acceleration_of(JointVector::Unit(i));
-    find_bounds(i, kRateShare * torque_rate_ * response(i, i));
-  }
+  JointMatrix response;  // columns of M^-1, of joints that came near their bounds
+  std::array<bool, kArmJoints> near{};
   JointVector kept = tau;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     bool settled = true;
     for (int i = 0; i < kArmJoints; ++i) {
-      const double excess = qdd[i] - std::clamp(qdd[i], least[i], most[i]);
+      if (qdd[i] >= least[i] && qdd[i] <= most[i]) continue;
+      if (!near[std::size_t(i)]) {
+        near[std::size_t(i)] = true;
+        response.col(i) = motion.space.acceleration_of(JointVector::Unit(i));
+        find_bounds(i, response(i, i));
+      }
+      // Of a joint that is pushed too hard for both, the side that it moves to comes first.
+      const double bounded = motion.rate[i] > 0.0 ? std::min(std::max(qdd[i], least[i]), most[i])
+                                                  : std::max(std::min(qdd[i], most[i]), least[i]);
+      const double excess = qdd[i] - bounded;
       if (std::abs(excess) <= kTolerance) continue;
       const double wanted = kept[i] - excess / response(i, i);
       const double next = std::clamp(wanted, range.lowest[i], range.highest[i]);

@@ -16,9 +16,9 @@ namespace binpick {
 /// with -k qd only near the position limit, and the jerk j = s r (M^-1)_ii of a share s of the
 /// torque rate; the rest is for what the other joints' torques do meanwhile.
 ///
-/// A joint's own torque is what keeps it back. Accelerations are those of an arm that nobody
-/// touches; only a slow joint is believed to lean on what the observer sees. So what strikes the
-/// arm may still drive a joint beyond its speed, and the barrier then brakes it.
+/// A joint's own torque is what keeps it back. A slow joint is believed to lean on what the
+/// observer sees; for a fast one both must hold, with that push and without it, since it may have
+/// ended. What strikes the arm may still drive a joint beyond its speed; then it is braked.
 class JointLimitBarrier {
  public:
   /// @param torque_rate Nm/s, of each joint
