@@ -196,7 +196,8 @@ std::vector<Panel> simulate(const Experiment& experiment, TrialKind& kind, Conta
       const AxisConfig& axis = experiment.config().axes[i];
       const std::string value = axis.name + " " + axis.label(cell.values[i]);
       if (axis.name != "speed") {
-        title += (title.empty() ? "" : ", ") + value;
+        const std::string unit = axis.name == "stiffness" ? " N/m" : "";
+        title += (title.empty() ? "" : ", ") + value + unit;
         continue;
       }
       run.colour = kColours[cell.values[i] % kColours.size()];
@@ -229,22 +230,17 @@ std::string contact_section(const Experiment& experiment) {
     html += fmt::format("<span style=\"color:{}\">&#9632;</span> {} ", run.colour,
                         html_escape(run.label));
   }
-  html += "</p>\n<div class=\"wide\"><table>\n";
-  for (std::size_t first = 0; first < panels.size(); first += 2) {
-    const auto row = [&](const std::function<std::string(const Panel&)>& content) {
-      html += "<tr>";
-      for (std::size_t i = first; i < std::min(first + 2, panels.size()); ++i) {
-        html += "<td class=\"text\">" + content(panels[i]) + "</td>";
-      }
-      html += "</tr>\n";
-    };
-    row([](const Panel& panel) { return "<b>" + html_escape(panel.title) + "</b>"; });
-    for (const Quantity& quantity : quantities()) {
-      const Axes axes = common_axes(panels, quantity);
-      row([&](const Panel& panel) { return plot_panel(panel, quantity, axes); });
+  html += "</p>\n<div class=\"plots\">\n";
+  std::vector<Axes> axes;
+  for (const Quantity& quantity : quantities()) axes.push_back(common_axes(panels, quantity));
+  for (const Panel& panel : panels) {
+    html += "<div><b>" + html_escape(panel.title) + "</b>\n";
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      html += plot_panel(panel, quantities()[i], axes[i]);
     }
+    html += "</div>\n";
   }
-  return html + "</table></div>\n";
+  return html + "</div>\n";
 }
 
 }  // namespace binpick

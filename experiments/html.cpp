@@ -31,4 +31,12 @@ std::string html_escape(std::string_view text) {
   return escaped;
 }
 
+std::string scrolling_table(const std::string& table, std::size_t rows) {
+  constexpr std::size_t kLong = 30;
+  const std::string scrolling = "<div class=\"wide\"><table>\n" + table + "</table></div>\n";
+  if (rows <= kLong) return scrolling;
+  return "<details><summary>" + std::to_string(rows) + " rows</summary>\n" + scrolling +
+         "</details>\n";
+}
+
 }  // namespace binpick

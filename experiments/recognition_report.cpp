@@ -43,14 +43,16 @@ PlotPoint false_positives(const RecognitionCell& cell, double frames) {
 
 std::string false_positive_text(const RecognitionCell& cell, double frames) {
   const PlotPoint point = false_positives(cell, frames);
-  return fmt::format("{:.3g} [{:.2g}, {:.2g}]", point.y, point.interval->low, point.interval->high);
+  return fmt::format("{} [{}, {}]", digits_text(point.y, 3), digits_text(point.interval->low, 2),
+                     digits_text(point.interval->high, 2));
 }
 
 std::string quantile_text(const std::vector<double>& values, double share, double unit) {
   if (values.empty()) return "";
   const QuantileEstimate estimate = estimate_quantile(values, share);
-  return fmt::format("{:.3g} [{:.3g}, {:.3g}]", unit * estimate.value, unit * estimate.interval.low,
-                     unit * estimate.interval.high);
+  return fmt::format("{} [{}, {}]", digits_text(unit * estimate.value, 3),
+                     digits_text(unit * estimate.interval.low, 3),
+                     digits_text(unit * estimate.interval.high, 3));
 }
 
 PlotPoint rate_point(double x, const Proportion& proportion) {
@@ -139,7 +141,7 @@ class RecognitionSection {
   }
 
   [[nodiscard]] std::string table(const std::vector<Column>& columns) const {
-    std::string html = "<div class=\"wide\"><table>\n<tr>";
+    std::string html = "<tr>";
     for (const AxisConfig& each : axes_) {
       html += "<th class=\"text\">" + html_escape(each.name) + "</th>";
     }
@@ -155,7 +157,7 @@ class RecognitionSection {
       }
       html += "</tr>\n";
     }
-    return html + "</table></div>\n";
+    return scrolling_table(html, cells_.size());
   }
 
   static Column false_positive_column(const std::string& heading, double frames) {

@@ -44,8 +44,8 @@ svg .ours{fill:var(--ours)}
 svg .whisker{stroke:var(--ink);stroke-width:1.6}
 svg .paper{fill:var(--paper);stroke:var(--ground)}
 svg text{fill:var(--soft);font-size:10px}
-.plots{display:flex;flex-wrap:wrap;gap:1rem}
-svg.plot{max-width:100%;height:auto}
+.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(17rem,100%),1fr));gap:1rem}
+svg.plot{width:100%;max-width:30rem;height:auto}
 svg .title{font-size:12px;font-weight:600;fill:var(--ink)}
 svg .mark{stroke:var(--soft);stroke-dasharray:2 3}
 .good{color:var(--good)}.bad{color:var(--bad);font-weight:600}
@@ -77,7 +77,11 @@ figcaption{font-size:.8rem;color:var(--soft)}
 #replay .force{fill:none;stroke:var(--bad)}
 #replay .tick{stroke:var(--soft)}#replay .cursor{stroke:var(--ink)}
 #replay .note{min-height:1.5em;margin:.3rem 0;color:var(--soft)}
-@media print{body{max-width:none;padding:0}details{break-inside:avoid}h2{break-after:avoid}}
+@media print{body{max-width:none;padding:0;font-size:11px}h2,h3{break-after:avoid}
+.wide{overflow:visible}th,td{padding:.15rem .3rem;font-size:9px}th{white-space:normal}
+svg.plot{max-width:15rem}.plots{grid-template-columns:repeat(3,1fr)}svg.bar{width:80px;height:auto}
+.pictures{grid-template-columns:repeat(4,1fr)}pre{white-space:pre-wrap}
+#replay .controls,#replay label,#replay p:last-child{display:none}}
 )";
 
 // Of pictures and replays in a page that is to be sent by mail and opened on a phone.
@@ -93,31 +97,6 @@ std::string heat(std::int64_t count, std::int64_t total) {
 
 std::string counts(const Proportion& proportion) {
   return fmt::format("{}/{}", proportion.successes, proportion.trials);
-}
-
-/// The axis' name with the unit that its parameter's name tells.
-std::string heading_of(const AxisConfig& axis) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kUnits{{
-      {"translation", "N/m"},
-      {"rotation", "Nm/rad"},
-      {"stiffness_z", "N/m"},
-      {"force", "N"},
-      {"speed", "m/s"},
-      {"_deg", "degrees"},
-      {"_percent", "%"},
-      {"_offset", "m"},
-      {"pose_error", "m"},
-      {"pre_opening", "m"},
-      {"pad_width", "m"},
-      {"grasp_raise", "m"},
-      {"mass", "kg"},
-  }};
-  if (axis.key == "torque_offset") return axis.name + ", Nm";
-  for (const auto& [part, unit] : kUnits) {
-    if (axis.key.substr(axis.key.rfind('.') + 1).find(part) == std::string::npos) continue;
-    return fmt::format("{}, {}", axis.name, unit);
-  }
-  return axis.name;
 }
 
 class ReportPage {
@@ -174,59 +153,61 @@ class ReportPage {
     }
   }
 
-  void add_table_header() {
+  [[nodiscard]] std::string table_header() const {
     const auto axis = column_axis(experiment_.config());
-    html_ += "<tr>";
+    std::string html = "<tr>";
     for (std::size_t i = 0; i < experiment_.config().axes.size(); ++i) {
-      if (i != axis) html_ += th(heading_of(experiment_.config().axes[i]));
+      if (i != axis) html += th(axis_heading(experiment_.config().axes[i]));
     }
-    if (has_paper()) html_ += th("paper") + th("%");
+    if (has_paper()) html += th("paper") + th("%");
     for (const ColumnSummary& column : summary_.columns) {
       const std::string name =
           axis ? experiment_.config().axes[*axis].name + " " + column.label : "ours";
-      html_ += th(name) + th("%") + th("95 % interval");
-      html_ += "<th class=\"text\">" + rate_legend_svg(has_paper()) + "</th>";
-      if (has_paper()) html_ += th("p (Fisher)");
+      html += th(name) + th("%") + th("95 % interval");
+      html += "<th class=\"text\">" + rate_legend_svg(has_paper()) + "</th>";
+      if (has_paper()) html += th("p (Fisher)");
     }
-    html_ += "</tr>\n";
+    return html + "</tr>\n";
   }
 
-  void add_cell(const CellSummary& cell, std::size_t index) {
+  [[nodiscard]] std::string cell_html(std::size_t index) const {
+    const CellSummary& cell = summary_.cells[index];
     const bool any = cell.ours.trials > 0;
-    html_ += cell.ours.successes == cell.ours.trials
-                 ? td(counts(cell.ours))
-                 : fmt::format("<td><a href=\"#cell-{}\" title=\"failed trials\">{}</a></td>",
-                               index, counts(cell.ours));
-    html_ += td(any ? fmt::format("{:.1f}", 100.0 * cell.ours.rate()) : "");
-    html_ += td(any ? interval_text(cell.interval) : "");
-    html_ += "<td class=\"text\">" + rate_bar_svg(cell) + "</td>";
-    if (!has_paper()) return;
+    std::string html =
+        cell.ours.successes == cell.ours.trials
+            ? td(counts(cell.ours))
+            : fmt::format("<td><a href=\"#cell-{}\" title=\"failed trials\">{}</a></td>", index,
+                          counts(cell.ours));
+    html += td(any ? fmt::format("{:.1f}", 100.0 * cell.ours.rate()) : "");
+    html += td(any ? interval_text(cell.interval) : "");
+    html += "<td class=\"text\">" + rate_bar_svg(cell) + "</td>";
+    if (!has_paper()) return html;
     const bool fits = !cell.paper_p || *cell.paper_p >= 0.05;
-    html_ += fmt::format("<td class=\"{}\">{}</td>", fits ? "good" : "bad",
-                         cell.paper_p ? fmt::format("{:.2g}", *cell.paper_p) : "");
+    return html + fmt::format("<td class=\"{}\">{}</td>", fits ? "good" : "bad",
+                              cell.paper_p ? fmt::format("{:.2g}", *cell.paper_p) : "");
+  }
+
+  [[nodiscard]] std::string table_row(std::size_t row) const {
+    const auto axis = column_axis(experiment_.config());
+    const Cell& first = experiment_.cells()[summary_.columns.front().cells[row]];
+    std::string html = "<tr>";
+    for (std::size_t i = 0; i < first.values.size(); ++i) {
+      if (i != axis) html += td(experiment_.config().axes[i].label(first.values[i]));
+    }
+    if (has_paper()) {
+      const auto& paper = summary_.cells[first.index].paper;
+      html += td(paper ? counts(*paper) : "");
+      html += td(paper ? fmt::format("{:.0f}", 100.0 * paper->rate()) : "");
+    }
+    for (const ColumnSummary& column : summary_.columns) html += cell_html(column.cells[row]);
+    return html + "</tr>\n";
   }
 
   void add_table() {
-    html_ += "<h2>Success rates</h2>\n<div class=\"wide\"><table>\n";
-    add_table_header();
-    const auto axis = column_axis(experiment_.config());
-    for (std::size_t row = 0; row < summary_.columns.front().cells.size(); ++row) {
-      const Cell& first = experiment_.cells()[summary_.columns.front().cells[row]];
-      html_ += "<tr>";
-      for (std::size_t i = 0; i < first.values.size(); ++i) {
-        if (i != axis) html_ += td(experiment_.config().axes[i].label(first.values[i]));
-      }
-      if (has_paper()) {
-        const auto& paper = summary_.cells[first.index].paper;
-        html_ += td(paper ? counts(*paper) : "") +
-                 td(paper ? fmt::format("{:.0f}", 100.0 * paper->rate()) : "");
-      }
-      for (const ColumnSummary& column : summary_.columns) {
-        add_cell(summary_.cells[column.cells[row]], column.cells[row]);
-      }
-      html_ += "</tr>\n";
-    }
-    html_ += "</table></div>\n";
+    const std::size_t rows = summary_.columns.front().cells.size();
+    std::string table = table_header();
+    for (std::size_t row = 0; row < rows; ++row) table += table_row(row);
+    html_ += "<h2>Success rates</h2>\n" + scrolling_table(table, rows);
   }
 
   void add_statements() {
@@ -288,10 +269,9 @@ class ReportPage {
     for (auto& [name, values] : measures) {
       std::sort(values.begin(), values.end());
       html_ += fmt::format(
-          "<tr><td class=\"text\">{}</td><td>{}</td><td>{:.4g}</td><td>{:.4g}</td>"
-          "<td>{:.4g}</td></tr>\n",
-          html_escape(name), values.size(), values.front(), values[values.size() / 2],
-          values.back());
+          "<tr><td class=\"text\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+          html_escape(name), values.size(), digits_text(values.front(), 4),
+          digits_text(values[values.size() / 2], 4), digits_text(values.back(), 4));
     }
     html_ += "</table></div>\n";
   }

@@ -108,7 +108,8 @@ class Canvas {
 
   void draw_mark(double x, const std::string& label) {
     line(x_of(x), kTop, x_of(x), kHeight - kBottom, "class=\"mark\"");
-    text(x_of(x) + 3.0, kTop + 8.0, "start", label);
+    const bool left = x_of(x) < 0.7 * kWidth;
+    text(x_of(x) + (left ? 3.0 : -3.0), kTop + 8.0, left ? "start" : "end", label);
   }
 
   void draw_line(const XyPlot::Line& each) {

@@ -45,7 +45,8 @@ class StiffnessSection {
  public:
   StiffnessSection(const Experiment& experiment, const TrialTable& trials,
                    const ResultSummary& summary)
-      : seed_(derive_seed(static_cast<Seed>(experiment.config().seed), "stiffness")),
+      : config_(experiment.config()),
+        seed_(derive_seed(static_cast<Seed>(experiment.config().seed), "stiffness")),
         summary_(summary),
         planes_(stiffness_planes(experiment, trials)) {}
 
@@ -109,7 +110,9 @@ class StiffnessSection {
   void add_curves() {
     const std::string swept = swept_axis();
     if (swept.empty()) return;
-    XyPlot plot{"Success over all stiffnesses", swept, "rate", {}, {}, {}, 1.0};
+    const auto axis = std::find_if(config_.axes.begin(), config_.axes.end(),
+                                   [&](const AxisConfig& each) { return each.name == swept; });
+    XyPlot plot{"Success over all stiffnesses", axis_heading(*axis), "rate", {}, {}, {}, 1.0};
     for (const StiffnessPlane& plane : planes_) {
       StiffnessPlane rest = plane;
       rest.others.erase(swept);
@@ -216,6 +219,7 @@ class StiffnessSection {
              "get.</p>\n";
   }
 
+  const ExperimentConfig& config_;
   Seed seed_;
   const ResultSummary& summary_;
   std::vector<StiffnessPlane> planes_;

@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "experiments/text_table.h"
 
@@ -112,6 +116,35 @@ std::string gate_line(const GateResult& gate) {
 }  // namespace
 
 std::string percent_text(double rate) { return fmt::format("{:.1f} %", 100.0 * rate); }
+
+std::string axis_heading(const AxisConfig& axis) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kUnits{{
+      {"translation", "N/m"},
+      {"rotation", "Nm/rad"},
+      {"stiffness_z", "N/m"},
+      {"force", "N"},
+      {"speed", "m/s"},
+      {"_deg", "degrees"},
+      {"_percent", "%"},
+      {"_offset", "m"},
+      {"pose_error", "m"},
+      {"pre_opening", "m"},
+      {"pad_width", "m"},
+      {"grasp_raise", "m"},
+      {"mass", "kg"},
+  }};
+  if (axis.key == "torque_offset") return axis.name + ", Nm";
+  for (const auto& [part, unit] : kUnits) {
+    if (axis.key.substr(axis.key.rfind('.') + 1).find(part) == std::string::npos) continue;
+    return fmt::format("{}, {}", axis.name, unit);
+  }
+  return axis.name;
+}
+
+std::string digits_text(double value, int digits) {
+  const bool large = std::abs(value) >= std::pow(10.0, digits) && std::abs(value) < 1e9;
+  return large ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
+}
 
 std::string interval_text(const Interval& interval) {
   return fmt::format("[{:.1f}, {:.1f}]", 100.0 * interval.low, 100.0 * interval.high);

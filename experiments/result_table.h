@@ -19,6 +19,10 @@ namespace binpick {
 
 /// "66.7 %" with one decimal.
 [[nodiscard]] std::string percent_text(double rate);
+/// The axis' name with the unit that its parameter's name tells, e.g. "K_t_y, N/m".
+[[nodiscard]] std::string axis_heading(const AxisConfig& axis);
+/// With so many significant digits; large numbers in full, without an exponent.
+[[nodiscard]] std::string digits_text(double value, int digits);
 /// "[55.9, 76.3] %".
 [[nodiscard]] std::string interval_text(const Interval& interval);
 

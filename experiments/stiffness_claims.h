@@ -41,7 +41,7 @@ struct StiffnessPlane {
   std::vector<std::string> translation;         ///< values of K_t_y, N/m
   std::vector<std::string> rotation;            ///< values of K_r_x, Nm/rad
   std::vector<std::vector<std::size_t>> cells;  ///< index of the cell, by translation and rotation
-  std::optional<StiffnessOutcomes> outcomes;    ///< when these are the cells of Table 1
+  std::optional<StiffnessOutcomes> outcomes;    ///< of Table 1's cells, ten trials each at least
 };
 
 /// Every plane of an experiment with the axes K_t_y and K_r_x, in the order of its cells; empty for
