@@ -5,8 +5,8 @@
 
 #if defined(__x86_64__)
 #include <immintrin.h>
-#define BINPICK_AVX2 __attribute__((target("avx2")))
-#define BINPICK_AVX2_INLINE __attribute__((target("avx2"), always_inline)) inline
+#define BINPICK_AVX2 __attribute__((target("avx2,popcnt")))
+#define BINPICK_AVX2_INLINE __attribute__((target("avx2,popcnt"), always_inline)) inline
 #endif
 
 namespace binpick {
@@ -309,7 +309,7 @@ JudgeRow portable_judge_row() noexcept { return judge_row_portably; }
 
 JudgeRow best_judge_row() noexcept {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) return judge_row_avx2;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt")) return judge_row_avx2;
 #endif
   return portable_judge_row();
 }

@@ -7,8 +7,8 @@
 
 #if defined(__x86_64__)
 #include <immintrin.h>
-#define BINPICK_AVX2 __attribute__((target("avx2")))
-#define BINPICK_AVX2_INLINE __attribute__((target("avx2"), always_inline)) inline
+#define BINPICK_AVX2 __attribute__((target("avx2,popcnt")))
+#define BINPICK_AVX2_INLINE __attribute__((target("avx2,popcnt"), always_inline)) inline
 #endif
 
 namespace binpick {
@@ -393,7 +393,8 @@ PointKernels portable_kernels() noexcept {
 
 PointKernels best_kernels() noexcept {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2")) return {count_facing_avx2, normal_equations_avx2};
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt"))
+    return {count_facing_avx2, normal_equations_avx2};
 #endif
   return portable_kernels();
 }

@@ -31,7 +31,7 @@ constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affo
 constexpr int kMostRounds = 8;             // of sampling, default setting
 constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
 constexpr int kMostFlatRounds = 4;
-constexpr int kSpatialClusters = 60;       // looked at per round and model
+constexpr int kSpatialClusters = 60;  // looked at per round and model
 constexpr int kFlatClusters = 6;
 constexpr int kRoundsPerCount = 3;  // a round draws N / 3 pairs
 constexpr int kIterationsPerChunk = 16;
@@ -288,8 +288,9 @@ void Run::recognize_in_rounds() {
     pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
     add_time("verify", watch.lap());
     for (const SelectedCandidate& candidate : pool.select()) {
-      for (const int leaf : leaves_of(scene_, candidate.pixels)) {
-        is_explained[static_cast<std::size_t>(leaf)] = 1;
+      for (const int pixel : candidate.pixels) {
+        const int leaf = scene_.leaf_of_pixel(pixel);
+        if (leaf >= 0) is_explained[static_cast<std::size_t>(leaf)] = 1;
       }
     }
     std::erase_if(sampled,

@@ -139,11 +139,15 @@ void SceneOctree::BrickTable::rebuild(const std::vector<Brick>& bricks) {
 SceneOctree::Partition::Partition(const std::vector<Chunk>& chunks, std::size_t part)
     : index(part) {
   BrickTable table;
+  int current = -1;  // often that of the leaf before
   for_each_leaf(chunks, [&](const Chunk& chunk, std::size_t i) {
     const Eigen::Vector3i& cell = chunk.cells[i];
-    const int brick = table.find_or_add(bricks, brick_of(cell));
-    brick_of_leaf.push_back(brick);
-    bricks[static_cast<std::size_t>(brick)].full[static_cast<std::size_t>(cell.z() & 7)] |=
+    const Eigen::Vector3i coordinates = brick_of(cell);
+    if (current < 0 || bricks[static_cast<std::size_t>(current)].coordinates != coordinates) {
+      current = table.find_or_add(bricks, coordinates);
+    }
+    brick_of_leaf.push_back(current);
+    bricks[static_cast<std::size_t>(current)].full[static_cast<std::size_t>(cell.z() & 7)] |=
         std::uint64_t{1} << (((cell.y() & 7) << 3) | (cell.x() & 7));
   });
   for (Brick& brick : bricks) {

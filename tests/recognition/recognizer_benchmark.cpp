@@ -1,5 +1,12 @@
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "recognition/acceptance_function.h"
 #include "recognition/hypothesis_evidence.h"
 #include "recognition/recognizer.h"
@@ -27,50 +34,118 @@ std::shared_ptr<const ModelLibrary> library() {
   return shared;
 }
 
-/// A 640 x 480 frame of a pile of seven, three models, refinement included; stages as counters, ms.
-void recognize_frame(benchmark::State& state) {
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Medians over all frames that were recognized, ms: the whole, and each stage.
+class FrameTimes {
+ public:
+  void add(const RecognitionResult& result) {
+    times_["median"].push_back(1e3 * result.total_seconds);
+    for (const StageTiming& timing : result.timings) {
+      times_[timing.stage].push_back(1e3 * timing.seconds);
+    }
+    found_ += result.detections.size();
+  }
+  void report(benchmark::State& state) const {
+    for (const auto& [name, values] : times_) state.counters[name] = median(values);
+    state.counters["found"] = static_cast<double>(found_) / static_cast<double>(state.iterations());
+  }
+
+ private:
+  std::map<std::string, std::vector<double>> times_;
+  std::size_t found_ = 0;
+};
+
+/// Ten scans of piles: of the three known objects, or of four free-form toys.
+struct Scans {
+  Scans(std::vector<ModelSource> sources, const std::string& variant, int objects)
+      : library(std::make_shared<const ModelLibrary>(sources)) {
+    const testing::SceneGenerator generator(std::move(sources));
+    for (Seed seed = 1; seed <= 10; ++seed) {
+      testing::SceneParameters parameters = testing::draw_parameters(variant, seed);
+      if (objects > 0) parameters.known = objects;
+      frames.push_back(generator.frame(parameters, seed));
+    }
+  }
+
+  std::shared_ptr<const ModelLibrary> library;
+  std::vector<testing::SyntheticFrame> frames;
+};
+
+void recognize(benchmark::State& state, const Scans& scans) {
+  RecognizerOptions options;
+  options.jobs = static_cast<int>(state.range(0));
+  const Recognizer recognizer(scans.library, options);
+  FrameTimes times;
+  Seed seed = 0;
+  for (auto _ : state) {
+    const testing::SyntheticFrame& scan = scans.frames[seed % scans.frames.size()];
+    times.add(scan.cloud.points.empty()
+                  ? recognizer.recognize(scan.image, seed)
+                  : recognizer.recognize(scan.cloud, scan.p_scene_viewpoint, seed));
+    ++seed;
+  }
+  times.report(state);
+}
+
+/// Kinect frames of 640 x 480 with five or six visible objects, refinement included.
+void recognize_known_kinect(benchmark::State& state) {
+  static const Scans scans(testing::known_objects(), "kinect", 0);
+  recognize(state, scans);
+}
+BENCHMARK(recognize_known_kinect)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void recognize_toys_kinect(benchmark::State& state) {
+  static const Scans scans(testing::toy_objects(), "kinect", 0);
+  recognize(state, scans);
+}
+BENCHMARK(recognize_toys_kinect)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Laser scans of some 290 000 points of four free-form toys, as unorganised clouds; their
+/// projection is part of it.
+void recognize_toys_laser(benchmark::State& state) {
+  static const Scans scans(testing::toy_objects(), "laser", 4);
+  recognize(state, scans);
+  std::vector<double> points;
+  for (const testing::SyntheticFrame& scan : scans.frames) {
+    points.push_back(static_cast<double>(scan.cloud.points.size()));
+  }
+  state.counters["points"] = median(points);
+}
+BENCHMARK(recognize_toys_laser)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Ten million points that fill a cube of a metre: nothing is known there, and no pixel is like its
+/// neighbours.
+void recognize_ten_million_points(benchmark::State& state) {
+  static const PointCloud cloud = [] {
+    PointCloud points;
+    Random random(1);
+    for (int i = 0; i < 10'000'000; ++i) {
+      const auto along = [&] { return static_cast<float>(random.uniform(-0.5, 0.5)); };
+      points.points.emplace_back(along(), along(), 1.5f + along());
+    }
+    return points;
+  }();
   RecognizerOptions options;
   options.jobs = static_cast<int>(state.range(0));
   const Recognizer recognizer(library(), options);
-  const RangeImage& image = frame();
+  FrameTimes times;
   Seed seed = 0;
   for (auto _ : state) {
-    const RecognitionResult result = recognizer.recognize(image, seed++);
-    for (const StageTiming& timing : result.timings) {
-      state.counters[timing.stage] += 1e3 * timing.seconds;
-    }
+    times.add(recognizer.recognize(cloud, Eigen::Vector3d::Zero(), seed++));
   }
-  for (auto& [name, counter] : state.counters) counter.flags = benchmark::Counter::kAvgIterations;
+  times.report(state);
 }
-BENCHMARK(recognize_frame)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-
-/// A laser scan of some 290 000 points of a pile of free-form toys, as an unorganised cloud; the
-/// projection is part of it.
-void recognize_laser_scan(benchmark::State& state) {
-  static const testing::SceneGenerator generator(testing::toy_objects());
-  static const testing::SyntheticFrame scan = [] {
-    testing::SceneParameters parameters = testing::draw_parameters("laser", 4);
-    parameters.known = 4;
-    return generator.frame(parameters, 4);
-  }();
-  static const auto toys = std::make_shared<const ModelLibrary>(testing::toy_objects());
-  RecognizerOptions options;
-  options.jobs = static_cast<int>(state.range(0));
-  const Recognizer recognizer(toys, options);
-  Seed seed = 0;
-  std::size_t found = 0;
-  for (auto _ : state) {
-    const RecognitionResult result =
-        recognizer.recognize(scan.cloud, scan.p_scene_viewpoint, seed++);
-    found += result.detections.size();
-    for (const StageTiming& timing : result.timings) {
-      state.counters[timing.stage] += 1e3 * timing.seconds;
-    }
-  }
-  state.counters["found"] = static_cast<double>(found);
-  for (auto& [name, counter] : state.counters) counter.flags = benchmark::Counter::kAvgIterations;
-}
-BENCHMARK(recognize_laser_scan)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(recognize_ten_million_points)
+    ->Arg(1)
+    ->Arg(2)
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 /// The repository's three objects, or its free-form toys, from meshes in memory.
 void prepare_library(benchmark::State& state) {
