@@ -37,6 +37,7 @@ FeatureVector acceptance_features(const HypothesisEvidence& evidence, double dil
   set(Feature::kResidualSpread, static_cast<double>(evidence.residual_rms));
   set(Feature::kNormalError, std::sqrt(static_cast<double>(evidence.normal_error)));
   set(Feature::kSecondFace, std::sqrt(static_cast<double>(evidence.second_face)));
+  set(Feature::kFixed, std::log(static_cast<double>(evidence.least_information) + 1.0));
   set(Feature::kUnseen, (evidence.missing + evidence.on_support) / rendered);
   return features;
 }
@@ -48,6 +49,7 @@ double direction_of(Feature feature) {
     case Feature::kMatchedShare:
     case Feature::kEdgesMatched:
     case Feature::kSecondFace:
+    case Feature::kFixed:
       return 1.0;
     default:
       return -1.0;
@@ -60,19 +62,14 @@ double AcceptanceModel::standardised(Feature feature, double value) const {
 }
 
 double AcceptanceModel::log_odds(const FeatureVector& features) const {
-  std::array<double, kFeatures> x{};
   double sum = bias;
   for (std::size_t i = 0; i < kFeatures; ++i) {
     const Term& term = terms[i];
-    x[i] = standardised(static_cast<Feature>(i), features[i]);
-    sum += term.slope * x[i];
+    const double x = standardised(static_cast<Feature>(i), features[i]);
+    sum += term.slope * x;
     for (std::size_t k = 0; k < kKnots; ++k) {
-      sum += term.bends[k] * std::max(x[i] - term.knots[k], 0.0);
+      sum += term.bends[k] * std::max(x - term.knots[k], 0.0);
     }
-  }
-  for (const Product& product : products) {
-    sum += product.weight * x[static_cast<std::size_t>(product.a)] *
-           x[static_cast<std::size_t>(product.b)];
   }
   return sum;
 }

@@ -2,8 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <string_view>
-#include <vector>
 
 #include "recognition/hypothesis_evidence.h"
 
@@ -31,6 +29,7 @@ enum class Feature : std::size_t {
   kNormalError,     ///< root of the mean of 1 - cos between the normals
   kSecondFace,      ///< root of the middle eigenvalue of the scatter of the matched normals
   kUnseen,          ///< share of rendered pixels without measurement or on a support plane
+  kFixed,           ///< log of the least information about the place, pixels
   kCount
 };
 constexpr std::size_t kFeatures = static_cast<std::size_t>(Feature::kCount);
@@ -43,11 +42,10 @@ using FeatureVector = std::array<double, kFeatures>;
 /// Whether more of a feature speaks for a hypothesis, 1, or against it, -1.
 [[nodiscard]] double direction_of(Feature feature);
 
-/// log p(right | features) - log p(wrong | features) as an additive model: a piecewise linear
-/// function of each feature plus products of pairs of features. Features are clamped to the range
-/// seen in calibration, so that nothing is extrapolated. The calibration sees to it that the odds
-/// never fall when a feature gets better (direction_of()), whatever the others are: a fit is not
-/// rejected for being better than those of the calibration.
+/// log p(right | features) - log p(wrong | features): a sum of piecewise linear functions, one of
+/// each feature. Features are clamped to the range seen in calibration, so that nothing is
+/// extrapolated. The calibration sees to it that the odds never fall when a feature gets better
+/// (direction_of()): a fit is not rejected for being better than those of the calibration.
 struct AcceptanceModel {
   static constexpr std::size_t kKnots = 3;
   struct Term {
@@ -57,14 +55,8 @@ struct AcceptanceModel {
     std::array<double, kKnots> knots{};  ///< in the standardised feature
     std::array<double, kKnots> bends{};  ///< change of slope at each knot
   };
-  struct Product {
-    Feature a = Feature::kEvidence;
-    Feature b = Feature::kEvidence;
-    double weight = 0.0;
-  };
   double bias = 0.0;
   std::array<Term, kFeatures> terms{};
-  std::vector<Product> products;
   double least_probability = 0.5;  ///< of a detection that is reported
 
   [[nodiscard]] double standardised(Feature feature, double value) const;

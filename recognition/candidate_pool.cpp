@@ -90,6 +90,7 @@ const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
   selected_ = selection.select(is_last);
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
+  least_log_odds_ = selection.least_log_odds();
   judgements_ = selection.release_memory();
   return selected_;
 }
@@ -147,8 +148,7 @@ void CandidatePool::slide_selected() {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
     }
-    if (probability(selected.log_odds) < acceptance_.least_probability ||
-        is_mostly_claimed(selected.evidence)) {
+    if (selected.log_odds < least_log_odds_ || is_mostly_claimed(selected.evidence)) {
       continue;
     }
     gatherer.explained_pixels(selected.pixels);

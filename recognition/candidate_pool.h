@@ -70,6 +70,7 @@ class CandidatePool {
   double facing_visibility_;
   int jobs_;
   double dilation_ = 0.0;
+  double least_log_odds_ = 0.0;    // of a detection
   std::vector<Hypothesis> tried_;  // aligned poses that were compared before
   std::vector<Candidate> candidates_;
   JudgementMemory judgements_;

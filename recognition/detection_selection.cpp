@@ -15,6 +15,12 @@ constexpr double kWithinReach = 4.0;      // log odds that neighbours' claims ma
 constexpr double kWorthExchanging = 1.0;  // log odds that an exchange must gain
 constexpr std::size_t kMostExchanges = 8;
 constexpr double kSameObject = 0.1;  // of the diameter
+// Where nearly all smooth surface off the supports is explained, hardly anything is left that a
+// model could be mistaken for: there, what is more likely right than wrong is right.
+// (Cross-validated in calibration: nothing wrong above these odds in 78 piles of known objects, in
+// one of five with foreign ones.)
+constexpr double kMostlyExplained = 0.85;
+constexpr double kLeastAmongKnown = 0.0;  // log odds
 
 double sum_of_log_odds(const std::vector<SelectedCandidate>& selected) {
   return std::accumulate(selected.begin(), selected.end(), 0.0,
@@ -140,7 +146,8 @@ SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelCl
 /// Takes candidates best first, those of `first` before all others, each judged beside the ones
 /// taken before.
 DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::size_t>& first) {
-  PixelClaims claims(scene_.pixels().size(), -1);
+  PixelClaims& claims = claims_;
+  claims.resize(scene_.pixels().size(), -1);
   std::vector<double> log_odds = alone_;
   std::vector<char> is_stale(candidates_.size(), 0);
   std::vector<char> is_open(candidates_.size(), 1);
@@ -193,6 +200,9 @@ DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::siz
       take(std::move(judged));
     }
   }
+  for (const SelectedCandidate& taken : choice.selected) {
+    for (const int pixel : taken.pixels) claims[static_cast<std::size_t>(pixel)] = -1;
+  }
   return choice;
 }
 
@@ -219,9 +229,32 @@ void DetectionSelection::exchange(Choice& choice) {
   }
 }
 
+double DetectionSelection::explained_share(const std::vector<SelectedCandidate>& selected) const {
+  const auto is_smooth = [&](const ScenePixel& pixel) {
+    return pixel.depth > 0.0f && (pixel.flags & ScenePixel::kNormal) != 0;
+  };
+  std::size_t explained = 0;
+  for (const SelectedCandidate& s : selected) {
+    for (const int pixel : s.pixels) {
+      if (is_smooth(scene_.pixel(pixel))) ++explained;
+    }
+  }
+  const auto all = std::count_if(scene_.pixels().begin(), scene_.pixels().end(), is_smooth);
+  return static_cast<double>(explained) / static_cast<double>(std::max<std::ptrdiff_t>(all, 1));
+}
+
 std::vector<SelectedCandidate> DetectionSelection::select(bool with_exchanges) {
   choice_ = choose({});
-  if (with_exchanges) exchange(choice_);
+  if (with_exchanges) {
+    exchange(choice_);
+    if (explained_share(choice_.selected) > kMostlyExplained) {
+      least_log_odds_ = std::min(least_log_odds_, kLeastAmongKnown);
+      std::vector<std::size_t> first;
+      for (const SelectedCandidate& selected : choice_.selected)
+        first.push_back(selected.candidate);
+      choice_ = choose(first);
+    }
+  }
   std::vector<SelectedCandidate> selected = std::move(choice_.selected);
   std::stable_sort(selected.begin(), selected.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });

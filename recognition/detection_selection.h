@@ -72,6 +72,9 @@ class DetectionSelection {
     return choice_.decided;
   }
   [[nodiscard]] double dilation() const noexcept { return dilation_; }
+  /// After select(): what the log odds of a detection had to reach. Less where the others
+  /// explain nearly all that there is.
+  [[nodiscard]] double least_log_odds() const noexcept { return least_log_odds_; }
   /// For the next selection among these candidates and more.
   [[nodiscard]] JudgementMemory release_memory() { return std::move(memory_); }
 
@@ -96,6 +99,8 @@ class DetectionSelection {
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
   [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const;
   void exchange(Choice& choice);
+  /// Share of the smooth surface off the supports.
+  [[nodiscard]] double explained_share(const std::vector<SelectedCandidate>& selected) const;
 
   std::span<const RecognitionModel> models_;
   const ObservedScene& scene_;
@@ -105,6 +110,7 @@ class DetectionSelection {
   double least_log_odds_;
   EvidenceGatherer gatherer_;
   JudgementMemory memory_;
+  PixelClaims claims_;  // none but while a set is chosen
   std::vector<Footprint> footprints_;
   std::vector<FeatureVector> alone_features_;  // of each candidate as if there were no other
   std::vector<double> alone_;                  // their log odds

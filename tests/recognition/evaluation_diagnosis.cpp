@@ -19,9 +19,9 @@ namespace binpick::testing {
 namespace {
 
 constexpr std::array<const char*, kFeatures> kFeatureNames = {
-    "evidence",  "typical",  "matched",    "bad_normal", "through", "through_rim",
-    "near_occl", "claimed",  "continued",  "edges",      "missed",  "edge_offset",
-    "spread",    "res_bias", "res_spread", "normal_err", "faces",   "unseen"};
+    "evidence",   "typical",    "matched", "bad_normal", "through",     "through_rim", "near_occl",
+    "claimed",    "continued",  "edges",   "missed",     "edge_offset", "spread",      "res_bias",
+    "res_spread", "normal_err", "faces",   "unseen",     "fixed"};
 
 /// The scene as the recognizer sees it.
 struct View {
@@ -48,15 +48,10 @@ std::string odds_of(const FeatureVector& features) {
   const double total = acceptance.log_odds(features);
   std::array<double, kFeatures> parts{};
   for (std::size_t i = 0; i < kFeatures; ++i) {
-    AcceptanceModel without = acceptance;
-    without.terms[i].slope = 0.0;
-    without.terms[i].bends.fill(0.0);
-    for (AcceptanceModel::Product& product : without.products) {
-      if (product.a == static_cast<Feature>(i) || product.b == static_cast<Feature>(i)) {
-        product.weight = 0.0;
-      }
-    }
-    parts[i] = total - without.log_odds(features);
+    FeatureVector best = features;
+    const AcceptanceModel::Term& term = acceptance.terms[i];
+    best[i] = direction_of(static_cast<Feature>(i)) > 0.0 ? term.high : term.low;
+    parts[i] = total - acceptance.log_odds(best);
   }
   std::array<std::size_t, kFeatures> order{};
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 
 #include "recognition/shapes.h"
 
@@ -104,6 +105,73 @@ TEST_F(Evidence, WhatAnotherClaimsIsNotItsOwn) {
   EXPECT_EQ(taken.claimed, own.matched + own.bad_normal);
   const HypothesisEvidence again = gatherer_.gather(model_, tilted(), &claims, 7);
   EXPECT_EQ(again.matched, own.matched);
+}
+
+/// Two boxes with a gap of a pixel or two between them.
+TriangleMesh make_split_box() {
+  TriangleMesh both;
+  for (const double side : {-1.0, 1.0}) {
+    const TriangleMesh half = testing::make_box({0.073, 0.12, 0.08});
+    const auto first = static_cast<std::int32_t>(both.vertices.size());
+    for (const Eigen::Vector3d& p : half.vertices) {
+      both.vertices.emplace_back(p + Eigen::Vector3d(side * 0.0385, 0.0, 0.0));
+    }
+    for (const auto& t : half.triangles) {
+      both.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+  return both;
+}
+
+TEST_F(Evidence, ANotchOfTheSilhouetteIsNoPlaceWhereTheSurfaceGoesOn) {
+  const RecognitionModel split = make_recognition_model("split", make_split_box(), {});
+  const HypothesisEvidence e = gatherer_.gather(split, tilted());
+  EXPECT_GT(e.matched, 0.9 * e.rendered);
+  EXPECT_EQ(e.edges_continued, 0);
+}
+
+TEST_F(Evidence, ASingleFaceIsFixedByItsSilhouetteAlone) {
+  Eigen::Isometry3f facing = Eigen::Isometry3f::Identity();
+  facing.translation().z() = 0.8f;
+  const ObservedScene alone = observe(picture_of(model_, facing));
+  EvidenceGatherer gatherer(alone, sensor_);
+  const HypothesisEvidence seen = gatherer.gather(model_, facing);
+  EXPECT_LT(seen.second_face, 0.01f);
+  EXPECT_GT(seen.least_information, 20.0f);
+  // The middle of a large wall.
+  const RecognitionModel wall =
+      make_recognition_model("wall", testing::make_box({0.8, 0.6, 0.08}), {});
+  const ObservedScene board = observe(picture_of(wall, facing));
+  EvidenceGatherer on_board(board, sensor_);
+  const HypothesisEvidence lost = on_board.gather(model_, facing);
+  EXPECT_GT(lost.matched, 0.9 * lost.rendered);
+  EXPECT_LT(lost.least_information, 1.0f);
+}
+
+TEST(Roughness, IsThatOfTheCurvature) {
+  constexpr double kRadius = 0.05;
+  const RecognitionModel ball = make_recognition_model("ball", testing::make_sphere(kRadius), {});
+  const RecognitionModel box =
+      make_recognition_model("box", testing::make_box({0.15, 0.12, 0.08}), {});
+  ASSERT_EQ(ball.render_mesh.roughness.size(), ball.render_mesh.triangles.size());
+  double mean = 0.0;
+  for (const float roughness : ball.render_mesh.roughness) mean += static_cast<double>(roughness);
+  mean /= static_cast<double>(ball.render_mesh.roughness.size());
+  // The mean cosine over a cap of half-angle t is 1 - t^2 / 4 to second order.
+  EXPECT_NEAR(mean, 0.25 / (kRadius * kRadius), 0.15 / (kRadius * kRadius));
+  EXPECT_LT(*std::max_element(box.render_mesh.roughness.begin(), box.render_mesh.roughness.end()),
+            0.5f * static_cast<float>(mean));
+}
+
+TEST_F(Evidence, NormalsOfPartsSmallerThanALeafAreNotCompared) {
+  Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+  T.translation().z() = 0.8f;
+  const RecognitionModel bead = make_recognition_model("bead", testing::make_sphere(0.012), {});
+  const ObservedScene coarse(picture_of(bead, T), {0.01, 1e9}, 1, 1);
+  EvidenceGatherer gatherer(coarse, sensor_);
+  const HypothesisEvidence e = gatherer.gather(bead, T);
+  EXPECT_GT(e.rendered, 30);
+  EXPECT_EQ(e.bad_normal, 0);
 }
 
 TEST_F(Evidence, MissingPixelsAreNeutral) {

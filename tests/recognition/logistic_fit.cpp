@@ -108,18 +108,10 @@ class RisingColumns {
  public:
   static constexpr std::size_t kPieces = 1 + AcceptanceModel::kKnots;
 
-  explicit RisingColumns(const AcceptanceModel& placed) : model_(placed) {
-    for (std::size_t f = 0; f < kFeatures; ++f) {
-      const auto feature = static_cast<Feature>(f);
-      const AcceptanceModel::Term& term = model_.terms[f];
-      const bool rises = direction_of(feature) > 0.0;
-      worst_[f] = model_.standardised(feature, rises ? term.low : term.high);
-      best_[f] = model_.standardised(feature, rises ? term.high : term.low);
-    }
-  }
+  explicit RisingColumns(const AcceptanceModel& placed) : model_(placed) {}
 
   [[nodiscard]] Eigen::Index count() const {
-    return static_cast<Eigen::Index>(1 + kFeatures * kPieces + 2 * model_.products.size());
+    return static_cast<Eigen::Index>(1 + kFeatures * kPieces);
   }
 
   [[nodiscard]] Eigen::RowVectorXd row(const FeatureVector& features) const {
@@ -139,13 +131,6 @@ class RisingColumns {
             sign * (k + 1 < knots.size() ? std::min(beyond, knots[k + 1] - knots[k]) : beyond);
       }
     }
-    for (const AcceptanceModel::Product& product : model_.products) {
-      const auto a = static_cast<std::size_t>(product.a);
-      const auto b = static_cast<std::size_t>(product.b);
-      const double sign = direction_of(product.a) * direction_of(product.b);
-      row[column++] = sign * (x[a] - worst_[a]) * (x[b] - worst_[b]);
-      row[column++] = -sign * (x[a] - best_[a]) * (x[b] - best_[b]);
-    }
     return row;
   }
 
@@ -163,29 +148,11 @@ class RisingColumns {
         before = slope;
       }
     }
-    for (AcceptanceModel::Product& product : model.products) {
-      const double sign = direction_of(product.a) * direction_of(product.b);
-      add_product(model, product, sign * beta[column++], worst_);
-      add_product(model, product, -sign * beta[column++], best_);
-    }
     return model;
   }
 
  private:
-  /// Adds weight (x_a - origin_a) (x_b - origin_b).
-  static void add_product(AcceptanceModel& model, AcceptanceModel::Product& product, double weight,
-                          const std::array<double, kFeatures>& origin) {
-    const auto a = static_cast<std::size_t>(product.a);
-    const auto b = static_cast<std::size_t>(product.b);
-    product.weight += weight;
-    model.terms[a].slope -= weight * origin[b];
-    model.terms[b].slope -= weight * origin[a];
-    model.bias += weight * origin[a] * origin[b];
-  }
-
   AcceptanceModel model_;
-  std::array<double, kFeatures> worst_{};  // standardised
-  std::array<double, kFeatures> best_{};
 };
 
 }  // namespace
@@ -193,17 +160,6 @@ class RisingColumns {
 AcceptanceModel fit_acceptance(const std::vector<LabelledFeatures>& rows, double ridge) {
   AcceptanceModel model;
   place_terms(model, rows);
-  // How much evidence there is, whether it fixes the pose, and whether the silhouette confirms it
-  // decide how much the rest means.
-  for (const Feature a : {Feature::kEvidence, Feature::kSecondFace, Feature::kEdgesMatched}) {
-    for (std::size_t f = 0; f < kFeatures; ++f) {
-      const auto b = static_cast<Feature>(f);
-      const bool is_known =
-          std::any_of(model.products.begin(), model.products.end(),
-                      [&](const auto& product) { return product.a == b && product.b == a; });
-      if (a != b && !is_known) model.products.push_back({a, b, 0.0});
-    }
-  }
   const RisingColumns rising(model);
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), rising.count());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -214,19 +170,23 @@ AcceptanceModel fit_acceptance(const std::vector<LabelledFeatures>& rows, double
   return rising.model_of(newton(columns, rows, ridge, least));
 }
 
-void recalibrate(AcceptanceModel& model, const std::vector<LabelledFeatures>& rows) {
+Recalibration recalibration_of(const std::vector<JudgedRow>& rows) {
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), 2);
+  std::vector<LabelledFeatures> labels(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    columns(static_cast<Eigen::Index>(i), 0) = 1.0;
-    columns(static_cast<Eigen::Index>(i), 1) = model.log_odds(rows[i].features);
+    columns.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector2d(1.0, rows[i].log_odds);
+    labels[i].is_right = rows[i].is_right;
   }
-  const Eigen::VectorXd beta = newton(columns, rows, 1e-3, Eigen::Vector2d(kUnbounded, 0.0));
-  model.bias = beta[0] + beta[1] * model.bias;
+  const Eigen::VectorXd beta = newton(columns, labels, 1e-3, Eigen::Vector2d(kUnbounded, 0.0));
+  return {beta[1], beta[0]};
+}
+
+void Recalibration::apply(AcceptanceModel& model) const {
+  model.bias = a * model.bias + b;
   for (AcceptanceModel::Term& term : model.terms) {
-    term.slope *= beta[1];
-    for (double& bend : term.bends) bend *= beta[1];
+    term.slope *= a;
+    for (double& bend : term.bends) bend *= a;
   }
-  for (AcceptanceModel::Product& product : model.products) product.weight *= beta[1];
 }
 
 }  // namespace binpick::testing

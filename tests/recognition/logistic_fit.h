@@ -11,17 +11,32 @@ struct LabelledFeatures {
   FeatureVector features{};
   bool is_right = false;
   double weight = 1.0;
+  int scan = 0;  ///< rows of one scan are alike and stay together
 };
 
-/// Fits the acceptance model by penalised maximum likelihood (logistic regression, Newton's method
-/// with weights; Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 4.4) among
-/// the models that never fall as a feature gets better: ranges and knots at quantiles of the rows,
-/// right and wrong ones counting alike; `ridge` on every coefficient but the bias. Leaves
-/// least_probability alone. Deterministic.
+/// Fits the terms of the acceptance model by penalised maximum likelihood (logistic regression,
+/// Newton's method with weights; Hastie, Tibshirani & Friedman, The Elements of Statistical
+/// Learning, 4.4) among the models that never fall as a feature gets better: ranges and knots at
+/// quantiles of the rows, right and wrong ones counting alike; `ridge` on every coefficient but the
+/// bias. Leaves least_probability alone. Deterministic.
 [[nodiscard]] AcceptanceModel fit_acceptance(const std::vector<LabelledFeatures>& rows,
                                              double ridge);
 
-/// Replaces log odds x by a x + b with the a, b under which `rows` are most likely (Platt 1999).
-void recalibrate(AcceptanceModel& model, const std::vector<LabelledFeatures>& rows);
+/// Log odds that a model gave to a row that it had not seen.
+struct JudgedRow {
+  double log_odds = 0.0;
+  bool is_right = false;
+};
+
+/// Replaces log odds x by a x + b.
+struct Recalibration {
+  double a = 1.0;
+  double b = 0.0;
+
+  void apply(AcceptanceModel& model) const;
+};
+
+/// The a, b under which the rows are most likely (Platt 1999).
+[[nodiscard]] Recalibration recalibration_of(const std::vector<JudgedRow>& rows);
 
 }  // namespace binpick::testing

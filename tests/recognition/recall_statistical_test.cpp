@@ -21,8 +21,9 @@ constexpr Seed kMasterSeed = 2000;
 
 /// The frames of a variant, searched with default settings.
 Tally search(const std::string& models, const std::string& variant, int frames) {
-  const testing::SceneGenerator generator(testing::object_set(models));
-  const auto library = std::make_shared<const ModelLibrary>(generator.known());
+  const testing::ObjectSet set = testing::object_set(models);
+  const testing::SceneGenerator generator(set.objects);
+  const auto library = std::make_shared<const ModelLibrary>(set.models);
   const Recognizer recognizer(library, RecognizerOptions{});
   Tally tally;
   for (int i = 0; i < frames; ++i) {

@@ -66,8 +66,8 @@ class Evaluation {
  public:
   explicit Evaluation(const Arguments& arguments)
       : arguments_(arguments),
-        generator_(object_set(arguments.models)),
-        library_(std::make_shared<const ModelLibrary>(generator_.known())),
+        generator_(object_set(arguments.models).objects),
+        library_(std::make_shared<const ModelLibrary>(object_set(arguments.models).models)),
         recognizer_(library_, options(arguments)) {
     if (!arguments.csv.empty()) {
       csv_.open(arguments.csv);
@@ -186,7 +186,7 @@ int evaluate(int argc, char** argv) {
   app.add_option("--seed", arguments.seed,
                  "master seed; 1-999 for tuning, results are reported from 1000 on");
   app.add_option("--jobs", arguments.jobs, "threads of the recognizer")->check(CLI::PositiveNumber);
-  app.add_option("--models", arguments.models, "known, toys or open");
+  app.add_option("--models", arguments.models, "known, toys, open or scans");
   app.add_option("--csv", arguments.csv, "a row per miss and per detection");
   app.add_option("--pictures", arguments.pictures, "folder for PNGs of scenes with a failure");
   app.add_flag("--diagnose", arguments.diagnose, "print the cause of every failure");

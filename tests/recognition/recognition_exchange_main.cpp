@@ -98,7 +98,7 @@ peers::Scan to_scan(const RangeImage& image, bool organised) {
 
 void export_scenes(const Arguments& arguments) {
   std::filesystem::create_directories(arguments.folder);
-  const SceneGenerator generator(object_set(arguments.models));
+  const SceneGenerator generator(object_set(arguments.models).objects);
   write_models(arguments.folder, generator.known());
   for (int scene = 0; scene < arguments.scenes; ++scene) {
     const Seed seed = frame_seed(arguments.seed, arguments.variant, static_cast<Seed>(scene));
@@ -123,7 +123,7 @@ void export_scenes(const Arguments& arguments) {
 
 /// Ours, with nothing but models, scan and seed, one thread.
 void answer(const Arguments& arguments) {
-  std::vector<ModelSource> sources = object_set(arguments.models);
+  std::vector<ModelSource> sources = object_set(arguments.models).models;
   for (ModelSource& source : sources) {
     source.shape = import_mesh(std::filesystem::path(arguments.folder) / (source.name + ".ply"));
   }
@@ -187,7 +187,8 @@ int score(const Arguments& arguments) {
   for (const std::string& name : arguments.folders) {
     const std::filesystem::path folder(name);
     const ModelLibrary library(
-        object_set(folder.filename().string().substr(0, folder.filename().string().find('_'))));
+        object_set(folder.filename().string().substr(0, folder.filename().string().find('_')))
+            .models);
     for (int scene = 0; std::ifstream(peers::scene_file(name, scene, ".pcd")); ++scene) {
       const std::vector<peers::Object> truth = peers::read_truth(name, scene);
       Score ours;

@@ -1,14 +1,19 @@
 #include "recognition/shapes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <numbers>
+#include <utility>
+#include <variant>
 
 #include "models/errors.h"
+#include "models/mesh_geometry.h"
 #include "models/mesh_import.h"
 #include "models/object_model.h"
+#include "models/random.h"
 
 namespace binpick::testing {
 namespace {
@@ -135,11 +140,92 @@ std::vector<ModelSource> open_objects() {
           {"open_box", make_cup(0.1, 0.08, 0.003, 4), turns(4)}};
 }
 
-std::vector<ModelSource> object_set(const std::string& name) {
-  if (name == "known") return known_objects();
-  if (name == "toys") return toy_objects();
-  if (name == "open") return open_objects();
-  throw InputError("no set of objects is called '" + name + "'; choose known, toys or open");
+namespace {
+
+/// The errors of one scanned model.
+class ScanErrors {
+ public:
+  ScanErrors(const Eigen::AlignedBox3d& box, Seed seed) : random_(seed) {
+    constexpr int kHoles = 8;
+    for (int i = 0; i < kHoles; ++i) {
+      const Eigen::Vector3d share(random_.uniform(), random_.uniform(), random_.uniform());
+      holes_.push_back({box.min() + share.cwiseProduct(box.sizes()), random_.uniform(0.006, 0.02)});
+    }
+    // What an object stood on is seldom scanned.
+    floor_ = box.min().z() + 0.002;
+    for (Eigen::Vector3d& wave : waves_) {
+      wave = 2.0 * std::numbers::pi / random_.uniform(0.03, 0.1) * random_.unit_vector();
+    }
+  }
+  [[nodiscard]] bool is_lost(const Eigen::Vector3d& p) const {
+    return p.z() < floor_ || std::any_of(holes_.begin(), holes_.end(), [&](const Hole& hole) {
+             return (p - hole.centre).norm() < hole.radius;
+           });
+  }
+  [[nodiscard]] Eigen::Vector3d measured(const Eigen::Vector3d& p) {
+    constexpr double kNoise = 0.0003;
+    constexpr double kSmooth = 0.0005;
+    Eigen::Vector3d result = p;
+    for (const Eigen::Vector3d& wave : waves_) {
+      result += kSmooth * std::sin(wave.dot(p)) * wave.normalized();
+    }
+    return result + kNoise * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+  }
+
+ private:
+  struct Hole {
+    Eigen::Vector3d centre;
+    double radius = 0.0;
+  };
+  Random random_;
+  std::vector<Hole> holes_;
+  double floor_ = 0.0;
+  std::array<Eigen::Vector3d, 3> waves_;
+};
+
+}  // namespace
+
+std::vector<ModelSource> scanned(const std::vector<ModelSource>& objects) {
+  constexpr double kSpacing = 0.0015;
+  std::vector<ModelSource> models;
+  for (const ModelSource& object : objects) {
+    const auto& mesh = std::get<TriangleMesh>(object.shape);
+    const Seed seed = derive_seed(Seed{1}, object.name);
+    ScanErrors errors(bounding_box(mesh), seed);
+    if (models.size() % 2 == 0) {
+      const auto count = static_cast<std::size_t>(area(mesh) / (kSpacing * kSpacing));
+      PointCloud cloud;
+      const PointCloud surface = sample_surface(mesh, count, seed);
+      for (std::size_t i = 0; i < surface.points.size(); ++i) {
+        const Eigen::Vector3d p = surface.points[i].cast<double>();
+        if (errors.is_lost(p)) continue;
+        cloud.points.push_back(errors.measured(p).cast<float>());
+        cloud.normals.push_back(surface.normals[i]);
+      }
+      cloud.width = static_cast<int>(cloud.points.size());
+      cloud.height = 1;
+      models.push_back({object.name, std::move(cloud), {}});
+      continue;
+    }
+    TriangleMesh scan{mesh.vertices, {}};
+    for (const auto& triangle : mesh.triangles) {
+      const bool is_lost = std::any_of(triangle.begin(), triangle.end(), [&](std::int32_t corner) {
+        return errors.is_lost(mesh.vertices[static_cast<std::size_t>(corner)]);
+      });
+      if (!is_lost) scan.triangles.push_back(triangle);
+    }
+    for (Eigen::Vector3d& vertex : scan.vertices) vertex = errors.measured(vertex);
+    models.push_back({object.name, std::move(scan), {}});
+  }
+  return models;
+}
+
+ObjectSet object_set(const std::string& name) {
+  if (name == "known") return {known_objects(), known_objects()};
+  if (name == "toys") return {toy_objects(), toy_objects()};
+  if (name == "open") return {open_objects(), open_objects()};
+  if (name == "scans") return {toy_objects(), scanned(toy_objects())};
+  throw InputError("no set of objects is called '" + name + "'; choose known, toys, open or scans");
 }
 
 }  // namespace binpick::testing

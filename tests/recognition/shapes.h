@@ -40,7 +40,18 @@ std::vector<ModelSource> toy_objects();
 /// Thin-walled ones, open above: a cup, a bowl and a square box.
 std::vector<ModelSource> open_objects();
 
-/// One of the sets above by its name: known, toys or open. @throws InputError for another name.
-std::vector<ModelSource> object_set(const std::string& name);
+/// The models as scanning an object gives them: 0.3 mm of noise and 0.5 mm of smooth error, holes
+/// of 6 to 20 mm, every second one a cloud with its points 1.5 mm apart, the others meshes.
+std::vector<ModelSource> scanned(const std::vector<ModelSource>& objects);
+
+/// Objects, exactly (meshes), and what is known of them.
+struct ObjectSet {
+  std::vector<ModelSource> objects;
+  std::vector<ModelSource> models;
+};
+
+/// One of the sets above by its name: known, toys or open; or scans, the toys known from scans.
+/// @throws InputError for another name.
+ObjectSet object_set(const std::string& name);
 
 }  // namespace binpick::testing
