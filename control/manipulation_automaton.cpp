@@ -6,9 +6,13 @@
 #include <cmath>
 
 #include "models/errors.h"
+#include "models/mesh_geometry.h"
 
 namespace binpick {
 namespace {
+
+// Of something to be pushed: one per square centimetre or denser.
+constexpr std::size_t kSurfacePoints = 1000;
 
 using enum AutomatonState;
 using Conditions = AutomatonConditions;
@@ -263,8 +267,9 @@ std::vector<Eigen::Vector3d> ManipulationAutomaton::surface_of(const Detection& 
   std::vector<Eigen::Vector3d> surface;
   for (const ObjectModel& object : objects_) {
     if (object.name != detection.model) continue;
-    for (const Eigen::Vector3d& vertex : object.mesh.vertices) {
-      surface.push_back(detection.T_scene_model * vertex);
+    const PointCloud points = sample_surface(object.mesh, kSurfacePoints, 0);
+    for (const Eigen::Vector3f& p_model : points.points) {
+      surface.push_back(detection.T_scene_model * p_model.cast<double>());
     }
   }
   return surface;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace binpick {
@@ -26,6 +25,7 @@ std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface, const
                               const GripperDescription& gripper,
                               const std::function<bool(const Push&)>& feasible,
                               const PushOptions& options) {
+  if (surface.empty()) return std::nullopt;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p_world : surface) centre += p_world;
   centre /= static_cast<double>(surface.size());
@@ -37,12 +37,14 @@ std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface, const
   if (gain < kShortest) return std::nullopt;
   if (radius > options.comfortable_radius) direction = -direction;
 
+  const Eigen::Vector3d sideways = Eigen::Vector3d::UnitZ().cross(direction);
   const double tip_z = layout.table_height + options.tip_height;
   for (const double lean_deg : {0.0, 10.0, 20.0, 30.0, 40.0}) {
     const double lean = lean_deg * kDegree;
-    // The leaning fingers clear every point of the surface by the margin.
-    double back = -std::numeric_limits<double>::infinity();
+    // The leaning fingers clear every point in their lane by the margin.
+    double back = 0.0;
     for (const Eigen::Vector3d& p_world : surface) {
+      if (std::abs(sideways.dot(p_world - centre)) > options.lane) continue;
       const double over = std::max(p_world.z() - tip_z, 0.0) * std::tan(lean);
       back = std::max(back, over - direction.dot(p_world - centre));
     }

@@ -17,6 +17,8 @@ struct PushOptions {
   double tip_height = 0.012;  ///< of the finger tips above the table, m
   /// Room between the fingers and the pushed thing at first, half the fingers included, m.
   double margin = 0.020;
+  /// Half the width of the lane along which the closed fingers come, with room on either side, m.
+  double lane = 0.025;
   double longest = 0.15;            ///< way along which is pushed, m
   double approach_distance = 0.10;  ///< before the start, along the approach vector, m
 };
@@ -32,7 +34,7 @@ struct Push {
 /// lies nearer than the comfortable radius, inward the rest. Near the base the arm reaches low
 /// poses only with the tool leaning outward, over the pushed thing, so the fingers set out that
 /// much farther from it. The least lean at which `feasible` agrees is taken.
-/// @param surface points of the thing, world frame, m; not empty.
+/// @param surface points of the thing, world frame, m; closer together than the lane is wide.
 /// @returns nothing if no lean up to 40 degrees is feasible, or nothing is gained.
 [[nodiscard]] std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface,
                                             const CellLayout& layout,

@@ -7,11 +7,11 @@
 namespace binpick {
 namespace {
 
-/// Corners of a box on the table, `x` from the base.
+/// Points on a box on the table, `x` from the base.
 std::vector<Eigen::Vector3d> box_at(double x, double height = 0.07) {
   std::vector<Eigen::Vector3d> corners;
   for (const double dx : {-0.05, 0.05}) {
-    for (const double y : {-0.09, 0.09}) {
+    for (double y = -0.09; y < 0.095; y += 0.01) {
       for (const double z : {0.0, height}) corners.emplace_back(x + dx, y, z);
     }
   }
@@ -68,6 +68,15 @@ TEST_F(PushPlannerTest, LeansNoMoreThanItMustAndThenSetsOutFarther) {
     const Eigen::Vector3d p_tcp = T_tcp_world * corner;
     EXPECT_GT(std::abs(p_tcp.x()), 0.5 * gripper_.pad_width) << corner.transpose();
   }
+}
+
+TEST_F(PushPlannerTest, WhatReachesFarBackBesideTheFingersDoesNotKeepThemAway) {
+  std::vector<Eigen::Vector3d> oblique = box_at(0.38);
+  for (const double x : {-0.09, 0.09}) oblique.emplace_back(0.38 + x, x, 0.0);
+  const auto plain = plan_push(box_at(0.38), layout_, gripper_, always);
+  const auto push = plan_push(oblique, layout_, gripper_, always);
+  ASSERT_TRUE(plain && push);
+  EXPECT_NEAR(tip(push->T_world_start).x(), tip(plain->T_world_start).x(), 1e-9);
 }
 
 TEST_F(PushPlannerTest, GivesUpWhereNoLeanIsFeasible) {
