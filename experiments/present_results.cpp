@@ -25,7 +25,7 @@ int present_results(const ResultFolder& folder, const Experiment& experiment) {
   const ResultSummary summary = summarize(experiment, results.trials);
   fmt::print("{}\n", result_table(experiment, summary));
   if (summary.complete()) {
-    fmt::print("report: {}\n", write_report(folder, experiment, results).string());
+    fmt::print("report: {}\n", write_report(folder, experiment, results, summary).string());
   } else {
     fmt::print("{} of {} trials are there: run what is missing, or merge the other shards\n",
                summary.pooled.trials, summary.expected_trials);

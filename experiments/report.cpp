@@ -101,12 +101,12 @@ std::string counts(const Proportion& proportion) {
 
 class ReportPage {
  public:
-  ReportPage(const Experiment& experiment, const RunResults& results, const std::string& folder,
-             const TraceSection& shown)
+  ReportPage(const Experiment& experiment, const RunResults& results, const ResultSummary& summary,
+             const std::string& folder, const TraceSection& shown)
       : experiment_(experiment),
         results_(results),
         trials_(trials_of(experiment, results.trials)),
-        summary_(summarize(experiment, results.trials)),
+        summary_(summary),
         folder_(folder),
         shown_(shown) {}
 
@@ -340,7 +340,7 @@ class ReportPage {
   const Experiment& experiment_;
   const RunResults& results_;
   TrialTable trials_;
-  ResultSummary summary_;
+  const ResultSummary& summary_;
   std::string folder_;
   const TraceSection& shown_;
   std::string html_;
@@ -349,19 +349,20 @@ class ReportPage {
 }  // namespace
 
 std::string report_html(const Experiment& experiment, const RunResults& results,
-                        const std::string& folder, const TraceSection& shown) {
-  return ReportPage(experiment, results, folder, shown).html();
+                        const ResultSummary& summary, const std::string& folder,
+                        const TraceSection& shown) {
+  return ReportPage(experiment, results, summary, folder, shown).html();
 }
 
 std::filesystem::path write_report(const ResultFolder& folder, const Experiment& experiment,
-                                   const RunResults& results) {
+                                   const RunResults& results, const ResultSummary& summary) {
   const std::filesystem::path page = folder.path() / "report.html";
   write_file(folder.path() / "trials.csv", results_to_csv(experiment, results));
   write_file(folder.path() / "trials.json", results_to_json(experiment, results));
   const TraceSection shown =
       trace_section(folder.path(), results, find_traces(folder.path(), results), replay_script(),
                     kMostTraceBytes);
-  write_file(page, report_html(experiment, results, folder.path().string(), shown));
+  write_file(page, report_html(experiment, results, summary, folder.path().string(), shown));
   return page;
 }
 

@@ -31,7 +31,8 @@ void add_report_command(CLI::App& app, const TrialKindRegistry& registry, int& e
     const Experiment experiment = experiment_of(results.manifest, registry);
     make_traces(folder, experiment, results,
                 trials_to_trace(experiment, trials_of(experiment, results.trials), *replays));
-    fmt::print("{}\n", write_report(folder, experiment, results).string());
+    const ResultSummary summary = summarize(experiment, results.trials);
+    fmt::print("{}\n", write_report(folder, experiment, results, summary).string());
     exit_code = results.conflicts.empty() ? kExitOk : kExitGateFailed;
   });
 }

@@ -1,12 +1,15 @@
 #include "experiments/report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
 #include <set>
 
 #include "coin_experiment.h"
+#include "experiments/html.h"
 #include "experiments/reproduce_line.h"
 #include "experiments/result_summary.h"
 #include "experiments/result_table.h"
@@ -28,6 +31,11 @@ RunResults coin_results(const Experiment& experiment) {
     }
   }
   return results;
+}
+
+std::string page(const Experiment& experiment, const RunResults& results,
+                 const std::string& folder = "results/coin") {
+  return report_html(experiment, results, summarize(experiment, results.trials), folder);
 }
 
 Experiment hostile_experiment() {
@@ -64,7 +72,7 @@ std::string first_unbalanced_element(const std::string& html) {
 
 TEST(Report, IsWellFormedAndSelfContained) {
   const Experiment experiment = hostile_experiment();
-  const std::string html = report_html(experiment, coin_results(experiment), "results/coin");
+  const std::string html = page(experiment, coin_results(experiment));
   EXPECT_EQ(first_unbalanced_element(html), "");
   EXPECT_THAT(html, Not(HasSubstr("http")));
   EXPECT_THAT(html, Not(HasSubstr("src=")));
@@ -73,7 +81,7 @@ TEST(Report, IsWellFormedAndSelfContained) {
 
 TEST(Report, EscapesEverything) {
   const Experiment experiment = hostile_experiment();
-  const std::string html = report_html(experiment, coin_results(experiment), "a <folder>'s");
+  const std::string html = page(experiment, coin_results(experiment), "a <folder>'s");
   EXPECT_THAT(html, Not(HasSubstr("<script")));
   EXPECT_THAT(html, Not(HasSubstr("<heads>")));
   EXPECT_THAT(html, Not(HasSubstr("<folder>")));
@@ -83,15 +91,15 @@ TEST(Report, EscapesEverything) {
 TEST(Report, IsAFunctionOfTheResults) {
   const Experiment experiment = coin_experiment();
   RunResults results = coin_results(experiment);
-  const std::string html = report_html(experiment, results, "results/coin");
+  const std::string html = page(experiment, results);
   for (auto& [key, trial] : results.trials) trial.wall_time = 77.0;
-  EXPECT_EQ(report_html(experiment, results, "results/coin"), html);
+  EXPECT_EQ(page(experiment, results), html);
 }
 
 TEST(Report, EveryFailedTrialHasItsCommand) {
   const Experiment experiment = coin_experiment();
   const RunResults results = coin_results(experiment);
-  const std::string html = report_html(experiment, results, "results/coin");
+  const std::string html = page(experiment, results);
   std::size_t failures = 0;
   for (const auto& [key, trial] : results.trials) {
     const bool failed = trial.record.outcome != TrialOutcome::kSuccess;
@@ -100,6 +108,37 @@ TEST(Report, EveryFailedTrialHasItsCommand) {
     EXPECT_EQ(html.find(line) != std::string::npos, failed) << line;
   }
   EXPECT_GT(failures, 10u);
+}
+
+TEST(Report, CellsLeadToTheirFailedTrialsAndThoseToTheirTraces) {
+  const Experiment experiment = coin_experiment();
+  const RunResults results = coin_results(experiment);
+  const ResultSummary summary = summarize(experiment, results.trials);
+  TraceSection shown{"<article id=\"trial-0\"></article>", {}};
+  const auto failed = std::find_if(
+      results.trials.begin(), results.trials.end(),
+      [](const auto& each) { return each.second.record.outcome != TrialOutcome::kSuccess; });
+  shown.anchors[failed->first] = "trial-0";
+  const std::string html = report_html(experiment, results, summary, "results/coin", shown);
+  EXPECT_THAT(html, HasSubstr(fmt::format("<a href=\"#trial-0\">{}</a>", failed->first.trial)));
+  for (const Cell& cell : experiment.cells()) {
+    const bool any = summary.cells[cell.index].ours.rate() < 1.0;
+    const std::string id = fmt::format("cell-{}\"", cell.index);
+    EXPECT_EQ(html.find("href=\"#" + id) != std::string::npos, any) << id;
+    EXPECT_EQ(html.find("id=\"" + id) != std::string::npos, any) << id;
+  }
+}
+
+TEST(Report, LongTablesAreFoldedAway) {
+  EXPECT_THAT(scrolling_table("<tr></tr>", 9), Not(HasSubstr("<details>")));
+  EXPECT_THAT(scrolling_table("<tr></tr>", 60), HasSubstr("<summary>60 rows</summary>"));
+}
+
+TEST(Report, NumbersHaveNoExponentWhereAPersonReadsThem) {
+  EXPECT_EQ(digits_text(361.2, 2), "361");
+  EXPECT_EQ(digits_text(75370.0, 4), "75370");
+  EXPECT_EQ(digits_text(0.012345, 3), "0.0123");
+  EXPECT_EQ(digits_text(-1234.5, 3), "-1234");
 }
 
 TEST(Report, CommandsSurviveTheShell) {
