@@ -244,16 +244,17 @@ double DetectionSelection::explained_share(const std::vector<SelectedCandidate>&
 }
 
 std::vector<SelectedCandidate> DetectionSelection::select(bool with_exchanges) {
-  choice_ = choose({});
   if (with_exchanges) {
-    exchange(choice_);
-    if (explained_share(choice_.selected) > kMostlyExplained) {
-      least_log_odds_ = std::min(least_log_odds_, kLeastAmongKnown);
-      std::vector<std::size_t> first;
-      for (const SelectedCandidate& selected : choice_.selected)
-        first.push_back(selected.candidate);
-      choice_ = choose(first);
+    const double strict = least_log_odds_;
+    least_log_odds_ = std::min(strict, kLeastAmongKnown);
+    choice_ = choose({});
+    if (explained_share(choice_.selected) <= kMostlyExplained) {
+      least_log_odds_ = strict;
+      choice_ = choose({});
     }
+    exchange(choice_);
+  } else {
+    choice_ = choose({});
   }
   std::vector<SelectedCandidate> selected = std::move(choice_.selected);
   std::stable_sort(selected.begin(), selected.end(),
