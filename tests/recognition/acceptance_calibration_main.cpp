@@ -37,8 +37,9 @@ constexpr double kLooksAlike = 0.2;
 constexpr double kFarthestAlike = 0.3;    // diameters between the centres of such poses
 constexpr double kMostClaimed = 0.35;     // the selection does not ask about more
 constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
-// Wrong detections per frame at the threshold: piles on a table, of which one in a hundred is
-// demanded, show a fifth as many as the scans of the calibration.
+// Wrong detections per frame at the threshold. Five times the demand on piles of known objects, for
+// three quarters of the calibration's scans are harsh or full of foreign objects, and all but a few
+// of the wrong detections come from there.
 constexpr double kMostFalse = 0.05;
 
 struct Arguments {

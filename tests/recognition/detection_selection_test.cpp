@@ -24,10 +24,13 @@ Eigen::Isometry3f at(float x, float y) {
 /// Two boxes side by side in front of a far wall.
 class Selection : public ::testing::Test {
  protected:
-  Selection() {
+  Selection() : scene_(observe(1.5f)), sensor_(estimate_sensor(*scene_)) {}
+
+  /// The boxes in front of a wall at `background`; 0 for none.
+  [[nodiscard]] std::unique_ptr<ObservedScene> observe(float background) const {
     RangeImage image;
     image.intrinsics = {320, 240, 290.0, 290.0, 159.5, 119.5};
-    image.depth.assign(320u * 240u, 1.5f);
+    image.depth.assign(320u * 240u, background);
     DepthRasterizer rasterizer;
     for (const Eigen::Isometry3f& T : {left_, right_}) {
       const RenderedModel& r = rasterizer.render(models_[0].render_mesh, T, kProjection);
@@ -39,8 +42,7 @@ class Selection : public ::testing::Test {
         }
       }
     }
-    scene_ = std::make_unique<ObservedScene>(image, SceneScale{0.004, 1e9}, 1, 1);
-    sensor_ = estimate_sensor(*scene_);
+    return std::make_unique<ObservedScene>(image, SceneScale{0.004, 1e9}, 1, 1);
   }
 
   std::vector<std::size_t> select(const std::vector<Eigen::Isometry3f>& poses) {
@@ -118,6 +120,25 @@ TEST_F(Selection, RememberedJudgementsAreThoseOfAFreshSelection) {
     memory = remembering.release_memory();
   }
   EXPECT_GT(memory[2].judgements.size(), 0u);
+}
+
+TEST_F(Selection, WhatExplainsNearlyEverythingNeedsLessEvidence) {
+  AcceptanceModel indifferent;  // more likely right than wrong, but not by much
+  indifferent.bias = 1.0;
+  indifferent.least_probability = 0.9;
+  const std::unique_ptr<ObservedScene> boxes_alone = observe(0.0f);
+  const auto chosen = [&](const ObservedScene& scene, const std::vector<Eigen::Isometry3f>& poses) {
+    EvidenceGatherer gatherer(scene, sensor_);
+    std::vector<Candidate> candidates;
+    for (const Eigen::Isometry3f& T : poses) {
+      candidates.push_back({0, T, gatherer.gather(models_[0], T)});
+    }
+    DetectionSelection selection(models_, scene, sensor_, indifferent, candidates);
+    return selection.select().size();
+  };
+  EXPECT_EQ(chosen(*boxes_alone, {left_, right_}), 2u);
+  EXPECT_EQ(chosen(*boxes_alone, {left_}), 0u);     // the other half may be anything
+  EXPECT_EQ(chosen(*scene_, {left_, right_}), 0u);  // and so may the wall
 }
 
 TEST_F(Selection, DilationIsReadOffCredibleCandidates) {
