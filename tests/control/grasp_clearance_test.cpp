@@ -90,11 +90,16 @@ TEST_F(GraspClearanceTest, AKnownNeighbourStandsInTheWayWithTheSidesThatNobodySa
 
 TEST_F(GraspClearanceTest, AKnownObjectIsNotInTheWayOfItsOwnGrasp) {
   const ObjectModel bottle = load_known_object("bottle");
+  object_.grasps.front().pre_opening = 0.05;  // less than the bottle is deep
   GraspPlan own = plan();
   own.detection.model = bottle.name;
   GraspClearance clearance(view_of({5.0, 5.0, 0.5}), gripper_, 0.0);
   clearance.add_object(own.detection, bottle);
   EXPECT_EQ(clearance.obstructing_points(own), 0);
+  Detection twin = own.detection;
+  twin.T_scene_model.translation().x() += 1e-3;
+  clearance.add_object(twin, bottle);
+  EXPECT_GT(clearance.obstructing_points(own), 0);
 }
 
 /// A camera 1 m above (0.5, 0) that looks straight down on a level surface.
