@@ -24,6 +24,7 @@ constexpr double kEndOfCell = 3.2;    // m from the origin: beyond it things are
 constexpr int kPoseTolerance = 4;     // steps: 0.4 mm, 0.01 degrees
 constexpr int kContactTolerance = 8;  // steps: 0.8 mm, 0.4 N
 constexpr double kTouch = 0.05;       // contact forces below are taken for numerical noise, N
+constexpr int kSurface = -1;          // in place of a body: World's compliant surface
 constexpr std::size_t kPoseWidth = 7;
 constexpr std::size_t kContactWidth = 6;
 
@@ -44,6 +45,7 @@ ContactForce force_of(const World& world, int contact) {
 }
 
 std::string thing_name(const mjModel& model, int body) {
+  if (body == kSurface) return "surface";
   return body == 0 ? "cell" : mj_id2name(&model, mjOBJ_BODY, body);
 }
 
@@ -76,6 +78,12 @@ void TrialReplay::add_frame(const World& world) {
     sum.force_sum += contact.force;
     sum.weighted_point += size * contact.point;
     sum.weight += size;
+  }
+  if (world.surface_force() > kTouch) {
+    const int tcp = world.shared().index.tcp_site;
+    const Eigen::Map<const Eigen::Vector3d> p_world(world.data().site_xpos + 3 * tcp);
+    frame.contacts[{kSurface, model.site_bodyid[tcp]}] = {
+        {0.0, 0.0, world.surface_force()}, world.surface_force() * p_world, world.surface_force()};
   }
   frames_.push_back(std::move(frame));
 }

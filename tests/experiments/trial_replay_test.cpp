@@ -119,6 +119,16 @@ TEST_F(BottleReplay, TheBottlesWeightIsSeenOnTheTable) {
   EXPECT_EQ(replay["contacts"][0]["second"], "object0");
 }
 
+TEST_F(BottleReplay, ACompliantSurfacePushesTheGripper) {
+  world_.set_surface(CompliantSurface{world_.T_world_tcp().translation().z() + 0.002});
+  const json replay = record(100);
+  const auto of_surface = [](const json& contact) { return contact["first"] == "surface"; };
+  const json& contacts = replay["contacts"];
+  const auto contact = std::find_if(contacts.begin(), contacts.end(), of_surface);
+  ASSERT_NE(contact, contacts.end());
+  EXPECT_EQ((*contact)["second"], "gripper");
+}
+
 TEST_F(BottleReplay, RecordingLeavesTheWorldAsItIs) {
   World undisturbed(shared_, centre_physics(shared_->parts.objects));
   for (int i = 0; i < 300; ++i) undisturbed.step();

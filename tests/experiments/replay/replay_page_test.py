@@ -91,6 +91,9 @@ def main(binpick):
         for command in (["run", config, "--out", folder / "out", "--workers", "1"],
                         ["report", folder / "out", "--replays", "1"]):
             subprocess.run([binpick, *command], check=True, capture_output=True, timeout=120)
+        traces = sorted(file.name for file in (folder / "out/traces/all_0").iterdir())
+        assert {"events.csv", "replay.json", "trace.csv", "trial.json"} <= set(traces), traces
+        assert sum(name.endswith(".png") for name in traces) >= 2, traces
         report = (folder / "out/report.html").read_text(encoding="utf-8")
         if "Install npm" in report:
             skip("this build has no 3-D view")
