@@ -25,18 +25,25 @@ TrialContext context_of(std::int64_t trial) {
   return {TrialSeeds(4711, "gate", "cell", trial), trial, {}, {}, {}};
 }
 
-std::unique_ptr<VisionGraspTrial> prepared(const std::string& object, const std::string& scenario) {
+constexpr const char* kPaper = "";
+constexpr const char* kBest = "attempts: 8\nloop: {setting: best}\n";
+
+std::unique_ptr<VisionGraspTrial> prepared(const std::string& object, const std::string& scenario,
+                                           const std::string& setting = kPaper) {
   auto kind = std::make_unique<VisionGraspTrial>();
-  read_yaml_text(kSubjects + ("object: " + object) + "\nscenario: " + scenario + "\n", "test",
-                 [&](ConfigVisitor& visitor) { kind->visit(visitor); });
+  const std::string yaml =
+      kSubjects + ("object: " + object) + "\nscenario: " + scenario + "\n" + setting;
+  read_yaml_text(yaml, "test", [&](ConfigVisitor& visitor) { kind->visit(visitor); });
   kind->prepare(kScenes);
   return kind;
 }
 
 /// Runs trials of the three objects in turn until a gate on their common rate has its verdict.
-void expect_rate(const std::string& scenario, double expected) {
-  std::array<std::unique_ptr<VisionGraspTrial>, 3> kinds = {
-      prepared("bottle", scenario), prepared("amicelli", scenario), prepared("rusk", scenario)};
+void expect_rate(const std::string& scenario, double expected,
+                 const std::string& setting = kPaper) {
+  std::array<std::unique_ptr<VisionGraspTrial>, 3> kinds = {prepared("bottle", scenario, setting),
+                                                            prepared("amicelli", scenario, setting),
+                                                            prepared("rusk", scenario, setting)};
   SuccessGate gate(expected);
   std::string failures;
   for (std::int64_t i = 0; gate.verdict() == SuccessGate::Verdict::kOpen; ++i) {
@@ -56,6 +63,9 @@ void expect_rate(const std::string& scenario, double expected) {
 TEST(VisionGrasp, SingleObjectsReachTheirPlaces) { expect_rate("single", 0.95); }
 
 TEST(VisionGrasp, ObjectsOfAPileReachTheirPlaces) { expect_rate("pile", 0.87); }
+
+// Expected: a little less than the goal of the setting.
+TEST(VisionGrasp, TheBestSettingLosesHardlyAnyObjectOfAPile) { expect_rate("pile", 0.95, kBest); }
 
 TEST(VisionGrasp, TheSameSeedsGiveTheSameBitsOnAFreshAndOnAUsedInstance) {
   const auto used = prepared("rusk", "single");
