@@ -17,8 +17,8 @@ constexpr std::size_t kMostExchanges = 8;
 constexpr double kSameObject = 0.1;  // of the diameter
 // Where nearly all smooth surface off the supports is explained, hardly anything is left that a
 // model could be mistaken for: there, what is more likely right than wrong is right.
-// (Cross-validated in calibration: nothing wrong above these odds in 78 piles of known objects, in
-// one of five with foreign ones.)
+// (Cross-validated in calibration: nothing wrong above these odds in about 60 piles of known
+// objects, in one of five with foreign ones.)
 constexpr double kMostlyExplained = 0.85;
 constexpr double kLeastAmongKnown = 0.0;  // log odds
 

@@ -92,6 +92,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Gate{"LaserPiles", "known", "laser", 12, 0.80, 0.5, 0.0015},
                       Gate{"UnknownObjects", "known", "unknown", 12, 0.75, 1.0, 0.0025},
                       Gate{"Toys", "toys", "kinect", 10, 0.55, 0.4, 0.0025},
+                      Gate{"ScannedToys", "scans", "laser", 10, 0.80, 0.4, 0.0015},
                       Gate{"Harsh", "known", "harsh", 16, 0.60, 1.3, 0.004}),
     [](const auto& gate) { return std::string(gate.param.name); });
 
