@@ -306,8 +306,8 @@ JointVector ArmController::within_joint_limits(const JointVector& tau, double dt
       if (std::abs(status_.qd[i]) > std::abs(rate[i])) rate[i] = status_.qd[i];
     }
   }
-  return barrier_.keep(tau, limiter_.range(), {dynamics(), space(), q(), rate, status_.residual},
-                       dt);
+  return barrier_.keep(tau, limiter_.range(),
+                       {dynamics(), space(), q(), rate, status_.residual, status_.contact}, dt);
 }
 
 void ArmController::raise(ControlFault fault) noexcept {

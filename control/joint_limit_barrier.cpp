@@ -71,6 +71,8 @@ JointVector JointLimitBarrier::keep(const JointVector& tau, const TorqueRange& r
     bool settled = true;
     for (int i = 0; i < kArmJoints; ++i) {
       if (qdd[i] >= least[i] && qdd[i] <= most[i]) continue;
+      const bool backward = motion.rate[i] > 0.0 ? qdd[i] < least[i] : qdd[i] > most[i];
+      if (backward && motion.touched) continue;
       if (!near[std::size_t(i)]) {
         near[std::size_t(i)] = true;
         response.col(i) = motion.space.acceleration_of(JointVector::Unit(i));

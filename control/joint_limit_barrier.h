@@ -18,7 +18,9 @@ namespace binpick {
 ///
 /// A joint's own torque is what keeps it back. A slow joint is believed to lean on what the
 /// observer sees; for a fast one both must hold, with that push and without it, since it may have
-/// ended. What strikes the arm may still drive a joint beyond its speed; then it is braked.
+/// ended. In contact only the side that a joint moves to is watched: less braking, for fear of what
+/// would come after it, would keep a bouncing tool bouncing. What strikes the arm may still drive a
+/// joint beyond its speed; then it is braked.
 class JointLimitBarrier {
  public:
   /// @param torque_rate Nm/s, of each joint
@@ -32,6 +34,7 @@ class JointLimitBarrier {
     const JointVector& q;           ///< rad
     const JointVector& rate;        ///< rad/s; with elastic joints the faster of motor and link
     const JointVector& residual;    ///< external torques that the observer sees, Nm
+    bool touched;                   ///< the arm is in contact
   };
   /// The torques nearest to `tau` (Nm, gravity included) that keep the limits, as far as `range`
   /// lets them. Allocates nothing.
