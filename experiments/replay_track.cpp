@@ -13,6 +13,7 @@ namespace {
 std::int16_t rounded(float value) {
   constexpr float kLowest = std::numeric_limits<std::int16_t>::min();
   constexpr float kHighest = std::numeric_limits<std::int16_t>::max();
+  if (std::isnan(value)) return 0;  // a simulation that has diverged
   return static_cast<std::int16_t>(std::lround(std::clamp(value, kLowest, kHighest)));
 }
 

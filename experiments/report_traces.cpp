@@ -11,7 +11,6 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -168,6 +167,8 @@ void make_traces(const ResultFolder& folder, const Experiment& experiment,
   std::vector<Reproduction> running;
   while (!waiting.empty() || !running.empty()) {
     while (!waiting.empty() && running.size() < cores) {
+      // What an interrupted or an older trace has left must not mix with the new one.
+      std::filesystem::remove_all(folder.path() / trace_folder(waiting.back()));
       running.emplace_back(folder.path(), waiting.back());
       waiting.pop_back();
     }

@@ -43,7 +43,7 @@ TEST(ReplayTrack, IsNeverFurtherOffThanItsTolerance) {
 }
 
 TEST(ReplayTrack, ClipsWhatSixteenBitsCannotHold) {
-  EXPECT_THAT(keys_of({2, {1e6f, -1e6f}}, 0).values, ElementsAre(32767, -32768));
+  EXPECT_THAT(keys_of({3, {1e6f, -1e6f, std::nanf("")}}, 0).values, ElementsAre(32767, -32768, 0));
 }
 
 std::size_t bytes_in(const json& base64) {
