@@ -56,7 +56,8 @@ td code{background:var(--panel);padding:.1rem .35rem;border-radius:.25rem;user-s
 ul{padding-left:1.2rem}
 a{color:var(--ours)}
 th.text{white-space:normal;min-width:8rem}
-table.map caption{text-align:left;color:var(--soft);padding-bottom:.3rem}
+.maps{display:flex;flex-wrap:wrap;gap:1.5rem}
+table.map th:first-child{white-space:normal;max-width:9rem}table.map caption{text-align:left;color:var(--soft);padding-bottom:.3rem}
 table.map td{text-align:center;min-width:2.8rem;
 background:color-mix(in srgb,color-mix(in srgb,var(--ours) var(--rate),var(--paper)) 45%,transparent)}
 h3{font-size:1rem;margin:1.6rem 0 .4rem}

@@ -54,7 +54,7 @@ class StiffnessSection {
     if (planes_.empty()) return "";
     html_ = "<h2>The stiffness plane</h2>\n";
     if (planes_.size() <= kMostMaps) {
-      html_ += "<div class=\"plots\">\n";
+      html_ += "<div class=\"maps\">\n";
       for (const StiffnessPlane& plane : planes_) add_map(plane);
       html_ += "</div>\n";
     } else {

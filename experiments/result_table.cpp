@@ -94,7 +94,7 @@ std::vector<std::string> comparison_statements(const ColumnSummary& column,
   const FlatReference& flat = *column.flat;
   const std::string flat_rate = percent_text(comparison.flat_rate);
   return {
-      fmt::format("paper's counts given our rates{}: deviance {:.1f}, bootstrap p = {:.2f}: {}; a "
+      fmt::format("paper's counts given our rates{}: deviance {:.1f}, bootstrap p = {:.2g}: {}; a "
                   "world of one flat rate of {} would pass this check in {:.0f} % of all cases",
                   which, comparison.deviance, comparison.bootstrap_p,
                   comparison.bootstrap_p > kSignificance ? "compatible" : "not compatible",

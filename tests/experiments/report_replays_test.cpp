@@ -8,6 +8,7 @@
 #include "coin_experiment.h"
 #include "experiments/base64.h"
 #include "models/errors.h"
+#include "program_run.h"
 #include "temporary_folder.h"
 
 namespace binpick {
@@ -169,6 +170,26 @@ TEST_F(Traces, ABrokenReplayIsNamed) {
   trace(failed_);
   folder_.write((trace_folder(failed_) / "replay.json").string(), "[1");
   EXPECT_THROW((void)section("run()"), InputError);
+}
+
+TEST_F(ProgramRun, AReportRunsFailedTrialsAgainOnce) {
+  configure("rate: 0.6");
+  ASSERT_EQ(run_into("out"), 0) << err_;
+  ASSERT_EQ(run({"report", "out", "--replays", "3"}), 0) << err_;
+  EXPECT_THAT(err_, HasSubstr("running 3 trials again"));
+  const std::string html = read_whole_file(folder_ / "out" / "report.html");
+  EXPECT_THAT(html, HasSubstr("<article id=\"trial-2\">"));
+  EXPECT_THAT(html, Not(HasSubstr("<article id=\"trial-3\">")));
+  ASSERT_EQ(run({"report", "out", "--replays", "3"}), 0) << err_;
+  EXPECT_THAT(err_, Not(HasSubstr("again")));
+  EXPECT_TRUE(read_whole_file(folder_ / "out" / "report.html") == html);
+}
+
+TEST_F(ProgramRun, AReportWithoutReplaysRunsNothing) {
+  configure("rate: 0.6");
+  ASSERT_EQ(run_into("out"), 0) << err_;
+  ASSERT_EQ(run({"report", "out", "--replays", "0"}), 0) << err_;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out" / "traces"));
 }
 
 }  // namespace
