@@ -90,8 +90,8 @@ class ManipulationSkills {
   [[nodiscard]] virtual SkillResult place(const GraspPlan& plan, const Place& place,
                                           const Eigen::Vector2d& slot) = 0;
 
-  /// The measured surface of something in the pick region when nothing was recognized; empty if
-  /// there is nothing.
+  /// The measured surface of the highest thing in the pick region, for when nothing wanted was
+  /// recognized; empty if there is nothing.
   [[nodiscard]] virtual std::vector<Eigen::Vector3d> unrecognized_surface() = 0;
   /// Pushes what has this surface (points, world frame) to where it can be grasped.
   [[nodiscard]] virtual SkillResult push(const std::vector<Eigen::Vector3d>& surface) = 0;

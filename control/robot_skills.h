@@ -43,8 +43,8 @@ struct SkillOptions {
   double place_clearance = 0.01;  ///< lowering may end this far below the expected height, m
 
   ManipulationStrategy strategy;
-  /// Verification: what is held is as wide as the grasp expects, give or take this, m. Half of what
-  /// a pad on a corner instead of a face makes.
+  /// Verification: what is held is as wide as the grasp expects, give or take this, m. More than
+  /// lies between a bottle's waist and belt (11 mm), less than between its axes (33 mm).
   double width_tolerance = 0.025;
   /// Verification: it weighs at least this share of the lightest known object of its kind.
   double least_load = 0.5;
@@ -91,12 +91,13 @@ class RobotSkills final : public ManipulationSkills {
   [[nodiscard]] Manipulator& manipulator() noexcept { return manipulator_; }
 
  private:
-  /// Where the tool goes to put the held object down, and on which way.
+  /// Where the tool goes to put the held object down. The lower the cost the better.
   struct Placement {
     Eigen::Isometry3d T_world_above;
     Eigen::Isometry3d T_world_release;
     double cost = 0.0;
   };
+  /// A placement and the way there.
   struct Delivery {
     Placement placement;
     TransferPlanner::Path path;
