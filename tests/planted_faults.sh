@@ -42,7 +42,7 @@ fault damping-of-a-unit-mass control/damping_design.cpp \
   's/std::sqrt\(w2\)/std::sqrt(0.0 * w2 + 1.0)/' \
   control_tests 'CartesianImpedance.EveryModeHasTheCommandedDampingRatio'
 fault gravity-missing control/arm_controller.cpp \
-  's/limiter_\.limit\(dynamics\(\)\.gravity, control, dt\)/limiter_.limit(JointVector::Zero(), control, dt)/' \
+  's/limiter_\.limit\(dynamics\(\)\.gravity, control_torques/limiter_.limit(JointVector::Zero(), control_torques/' \
   control_tests 'ArmController.HoldsTheFirstPoseUntilTold'
 fault coriolis-reversed control/arm_model.cpp \
   's/(result\.coriolis\[row\] = )dot/\1-dot/' \
@@ -77,7 +77,19 @@ fault stop-keeps-the-spring control/arm_controller.cpp \
   control_tests 'ArmController.StopCancelsTheSpringAndEndsTheMotion'
 fault jumps-followed-at-once control/arm_controller.cpp \
   's/if \(!far\)/if (!far || true)/' \
-  control_physics_tests 'LimitsPhysics.AFarSetPointBreaksNoLimit'
+  control_tests 'ArmController.ASetPointThatJumpsIsApproached'
+fault speed-barrier-missing control/arm_controller.cpp \
+  's/const JointVector tau = within_joint_limits\(\*limited, dt\);/const JointVector tau = *limited;/' \
+  control_physics_tests 'LimitsPhysics.ALineThatAsksJointsForTooMuchBreaksNoLimit'
+fault speed-barrier-without-look-ahead control/joint_limit_barrier.cpp \
+  's/jerk \* \(std::sqrt/1e3 * jerk * (std::sqrt/' \
+  control_physics_tests 'LimitsPhysics.*BreaksNoLimit'
+fault barrier-keeps-a-tool-bouncing control/joint_limit_barrier.cpp \
+  's/if \(backward && motion\.touched\) continue;//' \
+  control_physics_tests 'Joints/ForcePhysics.EightCasesComeInTheirOrder/rigid'
+fault damping-without-deflection control/arm_controller.cpp \
+  's/cartesian\.joint_compliance = .*;//' \
+  control_physics_tests 'DampingPhysics.ElasticJointsShowTheCommandedRatio'
 fault sensor-offset-added control/arm_controller.cpp \
   's/state\.tau - sensor_offset_/state.tau + sensor_offset_/' \
   control_physics_tests 'ObserverPhysics.CalibrationFindsTheSensorsOffsets'

@@ -17,9 +17,6 @@ constexpr double kHigh = 4000.0;
 constexpr double kLow = 300.0;
 constexpr double kSlow = 0.1;
 constexpr double kFast = 0.8;
-/// What the damping of a stop may leave of the touch, N: half of the contact threshold's force at
-/// which a grasp would still be called a collision.
-constexpr double kStopped = 24.0;
 constexpr double kOvershoot = 0.06;
 constexpr double kHold = 2.0;  // s at the goal
 
@@ -28,6 +25,7 @@ struct Contact {
   double first_peak = 0.0;  ///< N, of the first touch: until the force falls again by a tenth
   double peak = 0.0;        ///< N
   double sustained = 0.0;   ///< N, mean of the last half second
+  double latency = 0.0;     ///< s, from the touch to the stop
 };
 
 struct Case {
@@ -62,6 +60,7 @@ Contact touch(const JointVector& pose, double surface, const Case& c, bool elast
     const double depth = height - model.forward_kinematics(arm.plant.q()).translation().z();
     const double force = surface * std::max(depth, 0.0);
     if (contact.peak == 0.0) contact.speed = -(arm.plant.dynamics().J * arm.plant.qd())[2];
+    if (contact.peak > 0.0 && !stopped) contact.latency += kControlPeriod;
     contact.peak = std::max(contact.peak, force);
     if (first) contact.first_peak = contact.peak;
     if (force < 0.9 * contact.peak) first = false;
@@ -112,9 +111,12 @@ TEST_P(ForcePhysics, EightCasesComeInTheirOrder) {
           // Sustained: the two springs in series; hence soft to stiff as their stiffnesses, at both
           // speeds.
           EXPECT_NEAR(without.sustained, series(stiffness), 0.05 * series(stiffness));
-          // Detection and reaction: never a higher peak, and the sustained force gone.
+          // Detection and reaction never raise the peak, and leave of the sustained force what
+          // belongs to the way from the touch to the stop; a period comes on top.
           EXPECT_LE(with.peak, 1.05 * without.peak);
-          EXPECT_LT(with.sustained, kStopped);
+          const double way = speed * (with.latency + kControlPeriod);
+          EXPECT_LT(with.sustained, 1.05 * series(stiffness) / kOvershoot * way);
+          EXPECT_LT(with.sustained, 0.25 * series(kHigh));
         }
       }
       // Where the inertial peak of a light tool stays below the force of the springs, the fast peak
