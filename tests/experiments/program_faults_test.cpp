@@ -131,7 +131,7 @@ TEST_F(ProgramFaults, SignalsEndARunThatCanGoOn) {
   for (const auto& [signal, code] : {std::pair{SIGINT, 130}, std::pair{SIGTERM, 143}}) {
     const auto process = start({"run", "coin.yaml", "--out", "stopped"});
     ASSERT_TRUE(wait_for_worker(*process));
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ASSERT_TRUE(wait_for_trials("stopped", 3));
     const auto workers = process->children();
     process->send(signal);
     EXPECT_EQ(process->wait(), code);
