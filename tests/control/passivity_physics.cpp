@@ -37,7 +37,7 @@ TEST(PassivityPhysics, RigidArmWithPostureLimitsAndSwitchedStiffness) {
   // Kinetic energy, virtual spring, and what posture and limit repulsion may still spend; with a
   // model 1.5 times too heavy gravity's error is one more potential. The stiffness is switched at
   // random, and so is the posture. The tolerance is what stores that are updated once per tick,
-  // with the velocity at its beginning, leave open.
+  // with the velocity at its beginning, leave open: 2.5 mJ at 1 kHz, 0.2 mJ at 4 kHz.
   const ArmModel model = testing::make_arm();
   const ArmModel heavy = heavier(1.5);
   Random random(derive_seed(7, "pushes"));
@@ -72,7 +72,7 @@ TEST(PassivityPhysics, RigidArmWithPostureLimitsAndSwitchedStiffness) {
         step();
         worst = std::max(worst, stored() - plant.external_work() - at_start);
       }
-      EXPECT_LT(worst, 5e-3);
+      EXPECT_LT(worst, 3e-3);
       EXPECT_GT(plant.external_work(), 0.1) << "the pushes did nothing";
     }
   }
@@ -133,7 +133,7 @@ TEST(PassivityPhysics, ElasticArmUnderTheFullLaw) {
           if (HasFatalFailure()) return;
           worst = std::max(worst, stored() - arm.plant.external_work() - at_start);
         }
-        EXPECT_LT(worst, 5e-3) << "friction " << friction;
+        EXPECT_LT(worst, 1e-4) << "friction " << friction;
         EXPECT_GT(arm.plant.external_work(), 0.05) << "the pushes did nothing";
       }
     }
@@ -171,7 +171,7 @@ TEST(PassivityPhysics, SwitchingTheStiffnessOfAStretchedSpringGivesNothingAway) 
       step();
       worst = std::max(worst, stored() - plant.external_work() - at_start);
     }
-    EXPECT_LT(worst, 2e-3);
+    EXPECT_LT(worst, 1e-4);
   }
 }
 
