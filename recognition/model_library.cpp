@@ -18,6 +18,9 @@ constexpr double kPairWidthShare = 0.6;       // of the smallest middle extent
 constexpr double kPairToleranceShare = 0.05;  // of the pair width
 constexpr double kLeavesPerDiameter = 34.0;
 constexpr double kPaperKeptFraction = 0.4;
+/// Eq. (11) reckons with a table that knows every pair: all points of the models' covers make its
+/// pairs.
+constexpr float kPaperPointsPerDiameter = 1.5f * static_cast<float>(kLeavesPerDiameter);
 
 RecognitionModel prepare(const ModelSource& source) {
   return std::visit(
@@ -74,11 +77,14 @@ ModelLibrary::ModelLibrary(const std::vector<ModelSource>& sources, RecognizerSe
   options.kept_fraction = setting == RecognizerSetting::kPaper ? kPaperKeptFraction : 1.0;
   options.drop_coplanar = setting == RecognizerSetting::kDefault;
   options.reduce_symmetry = setting == RecognizerSetting::kDefault;
-  if (setting == RecognizerSetting::kDefault) {
-    parallel_for(static_cast<int>(models_.size()), jobs, [&](int i) {
-      densify_pair_points(models_[static_cast<std::size_t>(i)], options);
-    });
-  }
+  parallel_for(static_cast<int>(models_.size()), jobs, [&](int i) {
+    RecognitionModel& model = models_[static_cast<std::size_t>(i)];
+    if (setting == RecognizerSetting::kPaper) {
+      set_pair_points(model, kPaperPointsPerDiameter);
+    } else {
+      densify_pair_points(model, options);
+    }
+  });
   pairs_ = PairTable(models_, options, jobs);
   coplanar_pairs_.resize(models_.size());
   parallel_for(static_cast<int>(models_.size()), jobs, [&](int i) {
