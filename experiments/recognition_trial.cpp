@@ -248,7 +248,7 @@ TrialRecord RecognitionTrial::run(const TrialContext& context) {
   const RecognitionConditions& now = conditions();
   context.enter(TrialStage::kSetup);
   std::optional<TimingTurn> turn;
-  if (timed_) turn.emplace("timing.lock");  // in the run's folder
+  if (timed_) turn.emplace();
   const bool fixed = now.scene_seed > 0;
   const Seed pile =
       fixed ? derive_seed(static_cast<Seed>(now.scene_seed), "pile") : context.seeds.shared("pile");

@@ -1,18 +1,22 @@
 #include "experiments/timing_turn.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "models/errors.h"
 
 namespace binpick {
 
-TimingTurn::TimingTurn(const std::filesystem::path& file)
-    : descriptor_(::open(file.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644)) {
+TimingTurn::TimingTurn() {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("binpick-timing-{}.lock", ::getuid());
+  descriptor_ = ::open(file.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
   int locked = -1;
   while (descriptor_ >= 0 && (locked = ::flock(descriptor_, LOCK_EX)) != 0 && errno == EINTR) {
   }

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <filesystem>
-
 namespace binpick {
 
-/// While it lives, no other process that takes a turn at the same file runs: trials that measure
+/// While it lives, no other process of this user on this machine has a turn: trials that measure
 /// time must not measure each other. Waits for its turn; a process that dies gives it back.
 class TimingTurn {
  public:
-  /// @throws IoError when the file cannot be opened or locked.
-  explicit TimingTurn(const std::filesystem::path& file);
+  /// @throws IoError when the lock, a file among the temporary ones, cannot be had.
+  TimingTurn();
   ~TimingTurn();
   TimingTurn(const TimingTurn&) = delete;
   TimingTurn& operator=(const TimingTurn&) = delete;
