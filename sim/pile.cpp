@@ -51,9 +51,10 @@ Eigen::Isometry3d random_start(const World& world, int object, Random random) {
   return T;
 }
 
+int steps_in(double seconds) { return static_cast<int>(std::lround(seconds / World::kStep)); }
+
 void step_for(World& world, double seconds) {
-  const auto steps = static_cast<int>(std::lround(seconds / World::kStep));
-  for (int i = 0; i < steps; ++i) world.step();
+  for (int i = steps_in(seconds); i > 0; --i) world.step();
 }
 
 std::vector<int> outside_pick_region(const World& world) {
@@ -93,22 +94,23 @@ PileReport drop_once(World& world, Seed seed, int attempt) {
 
 bool settle(World& world, double limit) {
   const PileRecipe& recipe = world.shared().parts.scene.pile;
-  const double end = world.time() + limit;
-  double resting_since = world.time();
   std::vector<double> radii;
   for (int i = 0; i < world.object_count(); ++i) {
     radii.push_back(bounding_radius(world.object_model(i)));
   }
-  while (world.time() < end) {
+  const auto moves = [&](int object) {
+    return !world.object_parked(object) &&
+           surface_speed(world, object, radii[std::size_t(object)]) > recipe.settle_speed;
+  };
+  // Steps are counted, for a sum of times depends on where it starts.
+  int resting = 0;
+  for (int left = steps_in(limit); left > 0; --left) {
     world.step();
+    ++resting;
     for (int i = 0; i < world.object_count(); ++i) {
-      if (!world.object_parked(i) &&
-          surface_speed(world, i, radii[std::size_t(i)]) > recipe.settle_speed) {
-        resting_since = world.time();
-        break;
-      }
+      if (moves(i)) resting = 0;
     }
-    if (world.time() - resting_since >= recipe.settle_time) return true;
+    if (resting >= steps_in(recipe.settle_time)) return true;
   }
   return false;
 }
