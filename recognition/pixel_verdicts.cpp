@@ -3,21 +3,13 @@
 #include <algorithm>
 #include <bit>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#define BINPICK_AVX2 __attribute__((target("avx2,popcnt")))
-#define BINPICK_AVX2_INLINE __attribute__((target("avx2,popcnt"), always_inline)) inline
-#endif
+#include "recognition/eight_lanes.h"
 
 namespace binpick {
 namespace {
 
 constexpr float kNearOcclusion = 6.0f;  // model tolerances: what is farther in front is an occluder
 constexpr float kLikeNormal = 0.77f;    // 40 degrees
-constexpr float kNormalUnit = 1.0f / 127.0f;
-
-// Written out, for the order of additions is that of the vector path.
-float dot3(float a, float b, float c, float x, float y, float z) { return (a * x + b * y) + c * z; }
 
 struct Normal {
   float x = 0.0f, y = 0.0f, z = 0.0f;
@@ -98,19 +90,8 @@ void judge_row_portably(const PixelRow& row, const VerdictRules& rules, const Ve
 
 struct Normals {
   __m256 x, y, z;
-  __m256 is_smooth;  // masks have all bits of a lane set or none
+  __m256 is_smooth;
 };
-
-BINPICK_AVX2_INLINE __m256 dot3(__m256 a, __m256 b, __m256 c, __m256 x, __m256 y, __m256 z) {
-  return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a, x), _mm256_mul_ps(b, y)),
-                       _mm256_mul_ps(c, z));
-}
-
-BINPICK_AVX2_INLINE __m256 row_times(const Eigen::Matrix3f& R, int row, __m256 x, __m256 y,
-                                     __m256 z) {
-  return dot3(_mm256_set1_ps(R(row, 0)), _mm256_set1_ps(R(row, 1)), _mm256_set1_ps(R(row, 2)), x, y,
-              z);
-}
 
 BINPICK_AVX2_INLINE Normals gather_normals(const VerdictRules& rules, __m256i triangles,
                                            __m256 inside) {
@@ -127,18 +108,6 @@ BINPICK_AVX2_INLINE Normals gather_normals(const VerdictRules& rules, __m256i tr
           _mm256_cmp_ps(roughness, _mm256_set1_ps(rules.roughest), _CMP_LT_OQ)};
 }
 
-/// Byte `k` of each lane, sign extended, as a component of a unit normal.
-template <int kByte>
-BINPICK_AVX2_INLINE __m256 normal_component(__m256i packed) {
-  const __m256i byte = _mm256_srai_epi32(_mm256_slli_epi32(packed, 24 - 8 * kByte), 24);
-  return _mm256_mul_ps(_mm256_set1_ps(kNormalUnit), _mm256_cvtepi32_ps(byte));
-}
-
-BINPICK_AVX2_INLINE __m256 has_flag(__m256i packed, int flag) {
-  const __m256i wanted = _mm256_set1_epi32(flag << 24);
-  return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(packed, wanted), wanted));
-}
-
 /// VerdictRules::limit_squared of eight pixels.
 BINPICK_AVX2_INLINE __m256 limit_squared(const VerdictRules& rules, __m256 z, __m256 n_ray) {
   const SensorEstimate& sensor = rules.sensor;
@@ -153,10 +122,6 @@ BINPICK_AVX2_INLINE __m256 limit_squared(const VerdictRules& rules, __m256 z, __
                                         _mm256_mul_ps(_mm256_mul_ps(jitter, jitter), slant));
   return _mm256_add_ps(_mm256_set1_ps(rules.tolerance * rules.tolerance),
                        _mm256_mul_ps(_mm256_set1_ps(9.0f), variance));
-}
-
-BINPICK_AVX2_INLINE unsigned bits_of(__m256 mask) {
-  return static_cast<unsigned>(_mm256_movemask_ps(mask));
 }
 
 BINPICK_AVX2_INLINE unsigned lanes_like(__m256i values, std::int32_t value) {

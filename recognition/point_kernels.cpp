@@ -5,17 +5,12 @@
 #include <bit>
 #include <cmath>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#define BINPICK_AVX2 __attribute__((target("avx2,popcnt")))
-#define BINPICK_AVX2_INLINE __attribute__((target("avx2,popcnt"), always_inline)) inline
-#endif
+#include "recognition/eight_lanes.h"
 
 namespace binpick {
 namespace {
 
 constexpr std::size_t kLanes = 8;
-constexpr float kNormalUnit = 1.0f / 127.0f;
 
 constexpr float kLikeNormal = 0.8f;     // 37 degrees: normals of edges and corners are smeared
 constexpr float kGrazingCosine = 0.1f;  // points turned further away are not expected to be seen
@@ -49,9 +44,6 @@ struct Sight {
   float cosine = 0.0f;    // between the normals
   std::uint8_t flags = 0;
 };
-
-// Written out, for the order of additions is that of the vector path.
-float dot3(float a, float b, float c, float x, float y, float z) { return (a * x + b * y) + c * z; }
 
 Sight look(const View& view, const TestPoints& points, std::size_t i, float grazing_cosine) {
   const Eigen::Matrix3f& R = view.R;
@@ -195,7 +187,7 @@ NormalEquations normal_equations_portably(const ObservedScene& scene, const Reco
 
 #if defined(__x86_64__)
 
-/// Eight Sights. Masks have all bits of a lane set or none.
+/// Eight Sights.
 struct Sights {
   __m256 px, py, pz;
   __m256 nx, ny, nz;
@@ -203,26 +195,8 @@ struct Sights {
   __m256 measured;
   __m256 residual;
   __m256 cosine;
-  __m256i flags;
+  __m256i packed;  // normal and flags of the pixel
 };
-
-BINPICK_AVX2_INLINE __m256 dot3(__m256 a, __m256 b, __m256 c, __m256 x, __m256 y, __m256 z) {
-  return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a, x), _mm256_mul_ps(b, y)),
-                       _mm256_mul_ps(c, z));
-}
-
-BINPICK_AVX2_INLINE __m256 row_times(const Eigen::Matrix3f& R, int row, __m256 x, __m256 y,
-                                     __m256 z) {
-  return dot3(_mm256_set1_ps(R(row, 0)), _mm256_set1_ps(R(row, 1)), _mm256_set1_ps(R(row, 2)), x, y,
-              z);
-}
-
-/// Byte `k` of each lane, sign extended, as a component of a unit normal.
-template <int kByte>
-BINPICK_AVX2_INLINE __m256 normal_component(__m256i packed) {
-  const __m256i byte = _mm256_srai_epi32(_mm256_slli_epi32(packed, 24 - 8 * kByte), 24);
-  return _mm256_mul_ps(_mm256_set1_ps(kNormalUnit), _mm256_cvtepi32_ps(byte));
-}
 
 BINPICK_AVX2_INLINE Sights look_at_eight(const View& view, const TestPoints& points, std::size_t i,
                                          float grazing_cosine) {
@@ -275,7 +249,7 @@ BINPICK_AVX2_INLINE Sights look_at_eight(const View& view, const TestPoints& poi
   const __m256i none = _mm256_setzero_si256();
   const __m256 depth =
       _mm256_castsi256_ps(_mm256_mask_i32gather_epi32(none, words, index, wanted, 8));
-  const __m256i packed = _mm256_mask_i32gather_epi32(none, words + 1, index, wanted, 8);
+  s.packed = _mm256_mask_i32gather_epi32(none, words + 1, index, wanted, 8);
   s.measured = _mm256_and_ps(s.faces, _mm256_cmp_ps(depth, zero, _CMP_GT_OQ));
   const __m256 qx = _mm256_mul_ps(
       _mm256_mul_ps(_mm256_sub_ps(_mm256_cvtepi32_ps(column), cx), _mm256_set1_ps(view.inverse_fx)),
@@ -285,21 +259,12 @@ BINPICK_AVX2_INLINE Sights look_at_eight(const View& view, const TestPoints& poi
       depth);
   s.residual = dot3(s.nx, s.ny, s.nz, _mm256_sub_ps(qx, s.px), _mm256_sub_ps(qy, s.py),
                     _mm256_sub_ps(depth, s.pz));
-  s.cosine = dot3(s.nx, s.ny, s.nz, normal_component<0>(packed), normal_component<1>(packed),
-                  normal_component<2>(packed));
-  s.flags = _mm256_srli_epi32(packed, 24);
+  s.cosine = dot3(s.nx, s.ny, s.nz, normal_component<0>(s.packed), normal_component<1>(s.packed),
+                  normal_component<2>(s.packed));
   return s;
 }
 
-/// The lanes whose pixel has `flag`.
-BINPICK_AVX2_INLINE __m256 has_flag(const Sights& s, int flag) {
-  const __m256i wanted = _mm256_set1_epi32(flag);
-  return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(s.flags, wanted), wanted));
-}
-
-BINPICK_AVX2_INLINE int count_lanes(__m256 mask) {
-  return std::popcount(static_cast<unsigned>(_mm256_movemask_ps(mask)));
-}
+BINPICK_AVX2_INLINE int count_lanes(__m256 mask) { return std::popcount(bits_of(mask)); }
 
 BINPICK_AVX2_INLINE void add_to(std::array<float, kLanes>& sums, __m256 terms) {
   _mm256_storeu_ps(sums.data(), _mm256_add_ps(_mm256_loadu_ps(sums.data()), terms));
@@ -325,7 +290,7 @@ BINPICK_AVX2 FacingCounts count_facing_avx2(const ObservedScene& scene,
     const __m256 near = _mm256_and_ps(_mm256_cmp_ps(s.residual, minus_band, _CMP_GE_OQ),
                                       _mm256_cmp_ps(s.residual, band, _CMP_LE_OQ));
     const __m256 alike = _mm256_cmp_ps(s.cosine, _mm256_set1_ps(kLikeNormal), _CMP_GT_OQ);
-    const __m256 matched = _mm256_andnot_ps(has_flag(s, ScenePixel::kSupport),
+    const __m256 matched = _mm256_andnot_ps(has_flag(s.packed, ScenePixel::kSupport),
                                             _mm256_and_ps(_mm256_and_ps(s.measured, near), alike));
     counts.matched += count_lanes(matched);
   }
@@ -350,9 +315,9 @@ BINPICK_AVX2 NormalEquations normal_equations_avx2(const ObservedScene& scene,
     const Sights s = look_at_eight(view, points, i, 0.0f);
     const __m256 near = _mm256_cmp_ps(_mm256_and_ps(s.residual, unsigned_bits), band, _CMP_LE_OQ);
     const __m256 unlike =
-        _mm256_and_ps(has_flag(s, ScenePixel::kNormal),
+        _mm256_and_ps(has_flag(s.packed, ScenePixel::kNormal),
                       _mm256_cmp_ps(s.cosine, _mm256_set1_ps(kAlignedNormal), _CMP_LT_OQ));
-    const __m256 out = _mm256_or_ps(has_flag(s, ScenePixel::kSupport), unlike);
+    const __m256 out = _mm256_or_ps(has_flag(s.packed, ScenePixel::kSupport), unlike);
     const __m256 used = _mm256_andnot_ps(out, _mm256_and_ps(s.measured, near));
     const int pairs = count_lanes(used);
     if (pairs == 0) continue;
