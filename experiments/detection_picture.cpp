@@ -78,12 +78,7 @@ ColourImage detection_picture(const PointCloud& scan, const Eigen::Vector3d& vie
       set_pixel(image, u, v, {shade, shade, shade});
     }
   }
-  const Projection projection{camera.width,
-                              camera.height,
-                              static_cast<float>(camera.fx),
-                              static_cast<float>(camera.fy),
-                              static_cast<float>(camera.cx),
-                              static_cast<float>(camera.cy)};
+  const Projection projection = projection_of(camera);
   const Eigen::Isometry3d T_camera_scene = view.T_cloud_camera.inverse();
   DepthRasterizer rasterizer;
   for (const Detection& detection : detections) {

@@ -48,17 +48,6 @@ void write_points(const RangeImage& image, std::size_t begin, std::size_t end,
   }
 }
 
-Projection projection_of(const CameraIntrinsics& camera, int block) {
-  Projection p;
-  p.width = camera.width / block;
-  p.height = camera.height / block;
-  p.fx = static_cast<float>(camera.fx / block);
-  p.fy = static_cast<float>(camera.fy / block);
-  p.cx = static_cast<float>((camera.cx - 0.5 * (block - 1)) / block);
-  p.cy = static_cast<float>((camera.cy - 0.5 * (block - 1)) / block);
-  return p;
-}
-
 /// The mean of the depths of a block that belong to its nearest surface.
 float depth_of_block(const RangeImage& image, int u0, int v0, int block) {
   float nearest = 0.0f;
@@ -87,6 +76,17 @@ std::int8_t rounded(float value) {
 }
 
 }  // namespace
+
+Projection projection_of(const CameraIntrinsics& camera, int block) {
+  Projection p;
+  p.width = camera.width / block;
+  p.height = camera.height / block;
+  p.fx = static_cast<float>(camera.fx / block);
+  p.fy = static_cast<float>(camera.fy / block);
+  p.cx = static_cast<float>((camera.cx - 0.5 * (block - 1)) / block);
+  p.cy = static_cast<float>((camera.cy - 0.5 * (block - 1)) / block);
+  return p;
+}
 
 double point_spacing(const RangeImage& image) {
   return median_depth(image) / std::max(image.intrinsics.fx, 1e-9);

@@ -54,6 +54,9 @@ struct Projection {
   }
 };
 
+/// The projection of a camera, or of its image with blocks of `block` x `block` pixels made one.
+[[nodiscard]] Projection projection_of(const CameraIntrinsics& camera, int block = 1);
+
 /// The distance between neighbouring points on a surface that faces the sensor at the median depth,
 /// m; 0 when nothing was measured.
 [[nodiscard]] double point_spacing(const RangeImage& image);

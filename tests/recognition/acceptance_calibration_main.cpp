@@ -170,12 +170,7 @@ class Calibration {
   static bool looks_alike(const ConsideredHypothesis& considered, const SyntheticFrame& frame,
                           const std::vector<RecognitionModel>& models) {
     const CameraIntrinsics& camera = frame.image.intrinsics;
-    const Projection projection{camera.width,
-                                camera.height,
-                                static_cast<float>(camera.fx),
-                                static_cast<float>(camera.fy),
-                                static_cast<float>(camera.cx),
-                                static_cast<float>(camera.cy)};
+    const Projection projection = projection_of(camera);
     return std::any_of(frame.scene.instances.begin(), frame.scene.instances.end(),
                        [&](const TrueInstance& instance) {
                          const RecognitionModel& model = models[instance.model];

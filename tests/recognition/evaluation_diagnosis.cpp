@@ -100,8 +100,7 @@ std::string pair_statistics(const SyntheticFrame& frame, std::size_t instance,
   const std::size_t M = frame.scene.instances[instance].model;
   const RecognitionModel& model = library.models()[M];
   const CameraIntrinsics& camera = frame.image.intrinsics;
-  const Projection projection{camera.width,     camera.height,    float(camera.fx),
-                              float(camera.fy), float(camera.cx), float(camera.cy)};
+  const Projection projection = projection_of(camera);
   std::vector<int> own;
   int sampled = 0;
   for (const int leaf : scene.object_leaves()) {
@@ -203,8 +202,7 @@ std::string diagnose_false(const SyntheticFrame& frame, std::size_t detection,
   const RecognitionModel& model = model_of(library, found.model);
   // What it lies on.
   const CameraIntrinsics& camera = frame.image.intrinsics;
-  const Projection projection{camera.width,     camera.height,    float(camera.fx),
-                              float(camera.fy), float(camera.cx), float(camera.cy)};
+  const Projection projection = projection_of(camera);
   const Eigen::Isometry3d T_camera_model = frame.T_scene_camera.inverse() * found.T_scene_model;
   DepthRasterizer rasterizer;
   const RenderedModel& rendered =
