@@ -9,20 +9,9 @@ namespace binpick {
 namespace {
 
 using testing::MischievousRobot;
+using testing::scene_with;
+using testing::standing;
 using testing::VisionBench;
-
-StandingObject standing(const std::string& model, double x, double y) {
-  StandingObject object;
-  object.model = model;
-  object.position << x, y;
-  return object;
-}
-
-Scene scene_with(std::vector<StandingObject> objects) {
-  Scene scene = load_scene(BINPICK_SOURCE_DIR "/scenes/single_bottle.yaml");
-  scene.standing = std::move(objects);
-  return scene;
-}
 
 SimulatedRobotOptions quiet() {
   SimulatedRobotOptions options;

@@ -15,20 +15,9 @@
 namespace binpick {
 namespace {
 
+using testing::scene_with;
+using testing::standing;
 using testing::VisionBench;
-
-StandingObject standing(const std::string& model, double x, double y) {
-  StandingObject object;
-  object.model = model;
-  object.position << x, y;
-  return object;
-}
-
-Scene scene_with(std::vector<StandingObject> objects) {
-  Scene scene = load_scene(BINPICK_SOURCE_DIR "/scenes/single_bottle.yaml");
-  scene.standing = std::move(objects);
-  return scene;
-}
 
 TEST(TruthPerception, GivesTheTruePosesOfWhatTheCameraSees) {
   VisionBench bench(scene_with({standing("bottle", 0.55, 0.1), standing("rusk", 0.55, -0.12)}),

@@ -12,6 +12,20 @@
 
 namespace binpick::testing {
 
+inline StandingObject standing(const std::string& model, double x, double y) {
+  StandingObject object;
+  object.model = model;
+  object.position << x, y;
+  return object;
+}
+
+/// The cell with these objects on its table.
+inline Scene scene_with(std::vector<StandingObject> objects) {
+  Scene scene = load_scene(BINPICK_SOURCE_DIR "/scenes/single_bottle.yaml");
+  scene.standing = std::move(objects);
+  return scene;
+}
+
 /// A world with a robot in it whose library may lack objects that the world has.
 struct VisionBench {
   std::shared_ptr<const WorldTemplate> shared;
