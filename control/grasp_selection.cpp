@@ -13,6 +13,8 @@ constexpr double kSteepest = 60.0 * 3.14159265358979323846 / 180.0;
 constexpr double kMissWeight = 10.0;
 // More likely absent than there.
 constexpr double kDoubtful = 0.5;
+// What lies or stands on the table by itself has its centre of mass below this, m over the table.
+constexpr double kHighestStray = 0.15;
 
 double centre_of_mass_height(const Detection& detection, const ObjectModel& object) {
   return (detection.T_scene_model * object.physics.p_model_com).z();
@@ -49,6 +51,7 @@ GraspSelectionOptions GraspSelectionOptions::of(const ManipulationStrategy& stra
     options.miss_weight = kMissWeight;
     options.least_confidence = kDoubtful;
   }
+  options.strays = strategy.search;
   return options;
 }
 
@@ -67,14 +70,15 @@ const ObjectModel* GraspSelector::find_object(const std::string& name) const {
   return found == objects_.end() ? nullptr : &*found;
 }
 
-std::vector<Detection> GraspSelector::pickable(const std::vector<Detection>& detections) const {
+std::vector<Detection> GraspSelector::by_height(
+    const std::vector<Detection>& detections,
+    const std::function<bool(const Detection&, double height)>& chosen) const {
   std::vector<std::pair<double, Detection>> by_height;
   for (const Detection& detection : detections) {
     const ObjectModel* object = find_object(detection.model);
     if (object == nullptr) continue;
-    const Eigen::Vector2d p_world = detection.T_scene_model.translation().head<2>();
-    if (!layout_.pick_region.contains(p_world)) continue;
-    by_height.emplace_back(centre_of_mass_height(detection, *object), detection);
+    const double height = centre_of_mass_height(detection, *object);
+    if (chosen(detection, height)) by_height.emplace_back(height, detection);
   }
   std::stable_sort(by_height.begin(), by_height.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -86,9 +90,32 @@ std::vector<Detection> GraspSelector::pickable(const std::vector<Detection>& det
   return sorted;
 }
 
+std::vector<Detection> GraspSelector::pickable(const std::vector<Detection>& detections) const {
+  return by_height(detections, [&](const Detection& detection, double) {
+    const Eigen::Vector2d p_world = detection.T_scene_model.translation().head<2>();
+    return layout_.pick_region.contains(p_world);
+  });
+}
+
+std::vector<Detection> GraspSelector::strays(const std::vector<Detection>& detections) const {
+  if (!options_.strays) return {};
+  return by_height(detections, [&](const Detection& detection, double height) {
+    const Eigen::Vector2d p_world = detection.T_scene_model.translation().head<2>();
+    const auto near = [&](const Place& place) {
+      return ((p_world - place.p_world).cwiseAbs() - 0.5 * place.size).maxCoeff() <
+             options_.place_margin;
+    };
+    return !layout_.pick_region.contains(p_world) && trusted(detection) &&
+           height < layout_.table_height + kHighestStray &&
+           std::none_of(layout_.places.begin(), layout_.places.end(), near);
+  });
+}
+
 std::optional<GraspPlan> GraspSelector::select(const std::vector<Detection>& detections,
                                                const Admissible& admissible) const {
-  for (const Detection& detection : pickable(detections)) {
+  std::vector<Detection> candidates = pickable(detections);
+  for (Detection& stray : strays(detections)) candidates.push_back(std::move(stray));
+  for (const Detection& detection : candidates) {
     for (GraspPlan& candidate : feasible_grasps(detection)) {
       if (!admissible || admissible(candidate)) return std::move(candidate);
     }

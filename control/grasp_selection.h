@@ -26,6 +26,10 @@ struct GraspSelectionOptions {
   double miss_weight = 0.0;
   /// Objects less likely to be there than this come after all others.
   double least_confidence = 0.0;
+  /// Strays are looked for, too: known objects on the table that lie outside the pick region and
+  /// farther than `place_margin` (m) from every place.
+  bool strays = false;
+  double place_margin = 0.05;
 
   [[nodiscard]] static GraspSelectionOptions of(const ManipulationStrategy& strategy) noexcept;
 };
@@ -72,8 +76,8 @@ class GraspSelector {
   GraspSelector(const std::vector<ObjectModel>& objects, const CellLayout& layout,
                 double tip_beyond_tcp, Reach reach, const GraspSelectionOptions& options = {});
 
-  /// `detections` in the world frame; those outside the pick region are ignored. Nothing is
-  /// returned under condition B of Fig. 4, no-grasp.
+  /// `detections` in the world frame; those outside the pick region are ignored, strays that are
+  /// looked for come after the others. Nothing is returned under condition B of Fig. 4, no-grasp.
   [[nodiscard]] std::optional<GraspPlan> select(const std::vector<Detection>& detections,
                                                 const Admissible& admissible) const;
 
@@ -81,6 +85,9 @@ class GraspSelector {
   /// the doubtful ones after the others.
   /// Empty under condition A of Fig. 4, no-object.
   [[nodiscard]] std::vector<Detection> pickable(const std::vector<Detection>& detections) const;
+
+  /// The strays among the detections, uppermost first; empty unless they are looked for.
+  [[nodiscard]] std::vector<Detection> strays(const std::vector<Detection>& detections) const;
 
   /// Whether the detection is confident enough not to come last.
   [[nodiscard]] bool trusted(const Detection& detection) const noexcept {
@@ -92,6 +99,10 @@ class GraspSelector {
 
  private:
   [[nodiscard]] const ObjectModel* find_object(const std::string& name) const;
+  /// The detections of known objects that `chosen` agrees with, uppermost first.
+  [[nodiscard]] std::vector<Detection> by_height(
+      const std::vector<Detection>& detections,
+      const std::function<bool(const Detection&, double height)>& chosen) const;
   [[nodiscard]] std::optional<GraspPlan> plan(const Detection& detection, const ObjectModel& object,
                                               const Grasp& grasp) const;
   [[nodiscard]] double lowest_tip_height(const Eigen::Isometry3d& T_world_grasp,

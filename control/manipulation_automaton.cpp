@@ -189,12 +189,18 @@ AutomatonConditions ManipulationAutomaton::act_recognize(AutomatonEvent& event) 
   for (Detection& detection : selector_.pickable(seen)) {
     (wanted(detection.model) ? detections_ : others_).push_back(std::move(detection));
   }
-  event.detail =
-      fmt::format("{} objects in the pick region, {} seen", detections_.size(), seen.size());
+  if (detections_.empty() && stray_tries_ < options_.max_stray_tries) {
+    for (Detection& detection : selector_.strays(seen)) {
+      if (wanted(detection.model)) detections_.push_back(std::move(detection));
+    }
+    if (!detections_.empty()) ++stray_tries_;
+  }
+  event.detail = fmt::format("{} objects to pick, {} seen", detections_.size(), seen.size());
   regrasped_ = false;
 
   AutomatonConditions conditions;
-  conditions.no_object = detections_.empty();
+  // What is wanted may lie below others, which are put away first.
+  conditions.no_object = detections_.empty() && (!options_.strategy.clear_away || others_.empty());
   if (conditions.no_object && options_.strategy.search) {
     pushable_ = {skills_.unrecognized_surface()};
     conditions.rearrange = !pushable_.front().empty();
@@ -215,7 +221,9 @@ AutomatonConditions ManipulationAutomaton::act_select(AutomatonEvent& event) {
     target_ = target_for(std::move(*plan));
   } else if (options_.strategy.search) {
     pushable_.clear();
-    for (const Detection& detection : detections_) pushable_.push_back(surface_of(detection));
+    for (const std::vector<Detection>* found : {&detections_, &others_}) {
+      for (const Detection& detection : *found) pushable_.push_back(surface_of(detection));
+    }
     conditions.rearrange = !pushable_.empty();
   }
   return conditions;
@@ -235,6 +243,7 @@ std::optional<GraspPlan> ManipulationAutomaton::choose() {
   if (auto plan = selector_.select(detections_, free)) return plan;
   if (options_.strategy.clear_away) {
     if (auto plan = selector_.select(others_, good)) return plan;
+    if (auto plan = selector_.select(others_, free)) return plan;
   }
   // Nothing is free: the way with the least in it, if need be one that failed before.
   if (auto plan = least_obstructed(false)) return plan;
@@ -298,6 +307,7 @@ AutomatonConditions ManipulationAutomaton::act_place(AutomatonEvent& event) {
     ++placed_per_place_[static_cast<std::size_t>(target_->place - layout_.places.data())];
     failed_.clear();
     idle_cycles_ = 0;
+    stray_tries_ = 0;
   }
   conditions.finished = attempts_used() || placed_enough();
   return conditions;

@@ -116,6 +116,9 @@ struct AutomatonOptions {
   /// Looks without an object before a push do not count as such; for so many pushes, lest something
   /// that is no known object keeps the robot busy for ever.
   int max_pushes = 5;
+  /// With the strategy's search: where the pick region is empty, so many looks in a row at strays,
+  /// which may be out of reach for good, do not count as empty.
+  int max_stray_tries = 5;
   /// Steeper grasps only if there is no other, rad. With the strategy's steep grasps alone.
   double preferred_tilt = GraspSelectionOptions{}.max_tilt;
   /// With the strategy's hidden sides: where more of the fingers' space has not been seen, grasps
@@ -221,6 +224,7 @@ class ManipulationAutomaton {
   int placed_ = 0;
   int wanted_placed_ = 0;
   int empty_looks_ = 0;
+  int stray_tries_ = 0;  ///< looks at strays since the last object was put away
   int idle_cycles_ = 0;
   int attempts_ = 0;
 };

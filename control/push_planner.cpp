@@ -39,7 +39,7 @@ std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface, const
 
   const Eigen::Vector3d sideways = Eigen::Vector3d::UnitZ().cross(direction);
   const double tip_z = layout.table_height + options.tip_height;
-  for (const double lean_deg : {0.0, 10.0, 20.0, 30.0, 40.0}) {
+  for (const double lean_deg : {0.0, 10.0, 20.0, 30.0, 40.0, 50.0}) {
     const double lean = lean_deg * kDegree;
     // The leaning fingers clear every point in their lane by the margin.
     double back = 0.0;

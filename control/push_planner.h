@@ -35,7 +35,7 @@ struct Push {
 /// poses only with the tool leaning outward, over the pushed thing, so the fingers set out that
 /// much farther from it. The least lean at which `feasible` agrees is taken.
 /// @param surface points of the thing, world frame, m; closer together than the lane is wide.
-/// @returns nothing if no lean up to 40 degrees is feasible, or nothing is gained.
+/// @returns nothing if no lean up to 50 degrees is feasible, or nothing is gained.
 [[nodiscard]] std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface,
                                             const CellLayout& layout,
                                             const GripperDescription& gripper,

@@ -23,6 +23,8 @@ constexpr int kNoiseVotes = 6;
 constexpr std::ptrdiff_t kLeastSurface = 200;
 // What is seen this near to the highest point is taken for one object, m.
 constexpr double kObjectRadius = 0.09;
+// The forearm's way passes this much higher than what was seen, m.
+constexpr double kPileMargin = 0.02;
 // Moves to the overview pose that a touch on the way may interrupt.
 constexpr int kOverviewAttempts = 3;
 // The arm is at the overview pose when no joint is farther from it, rad.
@@ -128,7 +130,7 @@ void RobotSkills::go_to_overview() {
   manipulator_.command_gripper(
       {parts_.gripper.stroke.high, options_.grip.speed, options_.grip.force});
   for (int attempt = 0; attempt < kOverviewAttempts; ++attempt) {
-    if (travel(parts_.planner.plan(manipulator_.state().joints.q, parts_.layout.overview),
+    if (travel(find_path(manipulator_.state().joints.q, parts_.layout.overview),
                options_.free_motion, {}) == SkillResult::kDone) {
       break;
     }
@@ -170,7 +172,26 @@ std::vector<Detection> RobotSkills::recognize() {
 std::vector<Detection> RobotSkills::look() {
   const RangeImage image = manipulator_.capture();
   clearance_.emplace(image, parts_.gripper, parts_.layout.table_height);
+  if (options_.strategy.search) {
+    low_planner_.emplace(parts_.planner.over_pile(pile_height() + kPileMargin));
+  }
   return parts_.perception->recognize(image);
+}
+
+double RobotSkills::pile_height() const {
+  double highest = parts_.layout.table_height;
+  for (const Eigen::Vector3d& p_world : clearance_->points_within(parts_.layout.pick_region)) {
+    highest = std::max(highest, p_world.z());
+  }
+  return highest - parts_.layout.table_height;
+}
+
+template <class Goal>
+std::optional<TransferPlanner::Path> RobotSkills::find_path(const JointVector& from,
+                                                            const Goal& to) const {
+  auto path = parts_.planner.plan(from, to);
+  if (!path && low_planner_) path = low_planner_->plan(from, to);
+  return path;
 }
 
 const ObjectModel* RobotSkills::find_object(const std::string& name) const {
@@ -190,7 +211,7 @@ double RobotSkills::hidden_share(const GraspPlan& plan) {
 }
 
 bool RobotSkills::has_way(const GraspPlan& plan, const Place& place, const Eigen::Vector2d& slot) {
-  const auto path = parts_.planner.plan(parts_.layout.overview, plan.T_world_pregrasp);
+  const auto path = find_path(parts_.layout.overview, plan.T_world_pregrasp);
   if (!path) return false;
   const auto q_grasp = after_line(plan.T_world_pregrasp, plan.T_world_grasp, path->back());
   if (!q_grasp) return false;
@@ -215,9 +236,8 @@ std::optional<JointVector> RobotSkills::after_line(const Eigen::Isometry3d& T_wo
 SkillResult RobotSkills::grasp(const GraspPlan& plan) {
   enter(ContactPhase::kFree, options_.collision_force);
   manipulator_.command_gripper({plan.grasp->pre_opening, options_.grip.speed, options_.grip.force});
-  const SkillResult end =
-      travel(parts_.planner.plan(manipulator_.state().joints.q, plan.T_world_pregrasp),
-             options_.free_motion, {});
+  const SkillResult end = travel(find_path(manipulator_.state().joints.q, plan.T_world_pregrasp),
+                                 options_.free_motion, {});
   if (end != SkillResult::kDone) return end;
   const SkillResult grasped = execute_grasp(plan);
   // Whatever comes next begins above the pile.
@@ -314,7 +334,7 @@ std::optional<RobotSkills::Delivery> RobotSkills::plan_delivery(const GraspPlan&
                                                                 const Eigen::Vector2d& slot,
                                                                 const JointVector& q) const {
   for (const Placement& placement : placements(plan, place, slot, q)) {
-    if (auto path = parts_.planner.plan(q, placement.T_world_above)) {
+    if (auto path = find_path(q, placement.T_world_above)) {
       return Delivery{placement, std::move(*path)};
     }
   }
@@ -398,7 +418,7 @@ std::vector<Eigen::Vector3d> RobotSkills::unrecognized_surface() {
 SkillResult RobotSkills::push(const std::vector<Eigen::Vector3d>& surface) {
   std::optional<TransferPlanner::Path> path;
   const auto feasible = [&](const Push& push) {
-    path = parts_.planner.plan(manipulator_.state().joints.q, push.T_world_before);
+    path = find_path(manipulator_.state().joints.q, push.T_world_before);
     if (!path) return false;
     const auto q_start = after_line(push.T_world_before, push.T_world_start, path->back());
     return q_start && after_line(push.T_world_start, push.T_world_end, *q_start);

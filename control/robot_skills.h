@@ -109,6 +109,13 @@ class RobotSkills final : public ManipulationSkills {
   };
 
   void enter(ContactPhase phase, double collision_force);
+  /// Of what was seen last in the pick region, over the table, m.
+  [[nodiscard]] double pile_height() const;
+  /// A path from `from` to `to`, a posture or a pose of the tool: over the highest pile that there
+  /// may be or, with the strategy's search, over what was seen last.
+  template <class Goal>
+  [[nodiscard]] std::optional<TransferPlanner::Path> find_path(const JointVector& from,
+                                                               const Goal& to) const;
   /// Along a planned path; kUnreachable if there is none.
   [[nodiscard]] SkillResult travel(const std::optional<TransferPlanner::Path>& path,
                                    const JointMotionOptions& motion, const MotionStops& stops);
@@ -139,6 +146,8 @@ class RobotSkills final : public ManipulationSkills {
   SkillOptions options_;
   Manipulator manipulator_;
   std::optional<GraspClearance> clearance_;
+  /// Over what was seen last, for when there is no way over the highest pile that there may be.
+  std::optional<TransferPlanner> low_planner_;
   std::optional<Placement> placement_;
   Hold hold_;
 };

@@ -39,6 +39,12 @@ TransferPlanner::TransferPlanner(const ArmModel& model, const InverseKinematics&
       arm_(model, layout, options.arm),
       turn_sign_(model.jacobian(JointVector::Zero())(5, 0) > 0.0 ? 1.0 : -1.0) {}
 
+TransferPlanner TransferPlanner::over_pile(double height) const {
+  TransferOptions options = options_;
+  options.arm.pile_height = height;
+  return TransferPlanner(model_, kinematics_, layout_, options);
+}
+
 double TransferPlanner::clearance(const JointVector& q) const noexcept {
   // The gripper's fingers and housing come close to the table by purpose; the rest does not.
   return std::min(arm_.to_itself(q), arm_.to_cell(q));

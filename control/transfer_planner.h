@@ -37,6 +37,10 @@ class TransferPlanner {
   TransferPlanner(const ArmModel& model, const InverseKinematics& kinematics,
                   const CellLayout& layout, const TransferOptions& options = {});
 
+  /// The same planner over a pick region in which nothing stands higher than `height` above the
+  /// table, m: nearer to the base the arm reaches low poses only with the forearm low, too.
+  [[nodiscard]] TransferPlanner over_pile(double height) const;
+
   /// Waypoints from `from` to `to`, both included, for a JointTrajectory. Empty if there is no such
   /// path. A start that is itself too close to something is forgiven as long as the path does not
   /// come closer; a goal is not. Some milliseconds at most.

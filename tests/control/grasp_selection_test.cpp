@@ -181,6 +181,28 @@ TEST(GraspSelection, TheStrategyLeavesDoubtfulObjectsForLast) {
   EXPECT_EQ(paper.select({doubtful, sure}, nullptr)->detection.confidence, 0.3);
 }
 
+TEST(GraspSelection, StraysLieOutsideThePickRegionAndThePlacesAndComeLast) {
+  const std::vector<ObjectModel> objects{object_with("box", {tilted_grasp("only", 0.0)})};
+  CellLayout layout;
+  layout.pick_region = Eigen::AlignedBox2d(Eigen::Vector2d(0.3, -0.3), Eigen::Vector2d(0.8, 0.3));
+  Place place;
+  place.p_world = {-0.3, 0.0};
+  place.size = {0.2, 0.2};
+  layout.places.push_back(place);
+  GraspSelectionOptions options;
+  options.strays = true;
+  const GraspSelector selector(objects, layout, 0.0, anywhere, options);
+  const std::vector<Detection> seen{at("box", 0.2, 0.1),  at("box", 0.5, 0.03),
+                                    at("box", -0.3, 0.1), at("box", -0.16, 0.1),
+                                    at("box", 0.2, 0.3),  at("other", 0.2, 0.05)};
+  ASSERT_EQ(selector.strays(seen).size(), 1u);
+  EXPECT_EQ(selector.strays(seen)[0].T_scene_model.translation().x(), 0.2);
+  const auto plan = selector.select(seen, nullptr);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->detection.T_scene_model.translation().x(), 0.5);
+  EXPECT_TRUE(GraspSelector(objects, layout, 0.0, anywhere).strays(seen).empty());
+}
+
 TEST(GraspSelection, TheStrategyMayTakeSteepGrasps) {
   const std::vector<ObjectModel> objects{object_with("box", {tilted_grasp("steep", 50 * kDeg)})};
   ManipulationStrategy strategy;

@@ -330,6 +330,46 @@ TEST_F(ManipulationAutomatonTest, TheStrategyClearsAwayWhatStandsInTheWayOfTheWa
   EXPECT_EQ(skills_.log[2], "grasp first of the lid");
 }
 
+TEST_F(ManipulationAutomatonTest, TheStrategyPutsAwayWhatMayLieOverTheWanted) {
+  objects_.push_back(objects_[0]);
+  objects_[1].name = "lid";
+  for (Grasp& grasp : objects_[1].grasps) grasp.name += " of the lid";
+  layout_.places[0].objects.push_back("lid");
+  Detection lid = cube_at(0.5, 0.2);
+  lid.model = "lid";
+  AutomatonOptions options;
+  options.wanted_model = "cube";
+  options.max_placed = 1;
+  options.strategy.search = true;
+  options.strategy.clear_away = true;
+  skills_.surfaces.assign(100, {Eigen::Vector3d(0.5, 0.0, 0.2)});
+  skills_.views = {{lid}, {cube_at(0.5, 0.1)}};
+  const AutomatonResult result = run(options);
+  EXPECT_EQ(result.placed, 2);
+  EXPECT_EQ(skills_.log[2], "grasp first of the lid");
+  EXPECT_THAT(skills_.log, ::testing::Not(::testing::Contains("push")));
+}
+
+TEST_F(ManipulationAutomatonTest, TheStrategyFetchesStraysOnceThePickRegionIsEmpty) {
+  GraspSelectionOptions selection;
+  selection.strays = true;
+  const GraspSelector selector(
+      objects_, layout_, 0.015, [](const Eigen::Isometry3d&) { return JointVector::Zero(); },
+      selection);
+  const Detection stray = cube_at(0.2, 0.05);
+  const Detection inside = cube_at(0.5, 0.05);
+  skills_.views = {{stray, inside}, {stray}};
+  const AutomatonResult result = ManipulationAutomaton(skills_, selector, layout_, objects_).run();
+  EXPECT_EQ(result.placed, 2);
+  EXPECT_EQ(result.events[2].detail.find("second"), std::string::npos);
+
+  // Those that stay out of reach do not keep the robot from its belief.
+  skills_.views.assign(100, {stray});
+  skills_.unreachable = {"first", "second"};
+  const AutomatonResult vain = ManipulationAutomaton(skills_, selector, layout_, objects_).run();
+  EXPECT_EQ(vain.reason, HaltReason::kBelievedEmpty);
+}
+
 TEST_F(ManipulationAutomatonTest, RefusesObjectsThatHaveNoPlace) {
   layout_.places.clear();
   EXPECT_THROW(ManipulationAutomaton(skills_, selector_, layout_, objects_), InputError);

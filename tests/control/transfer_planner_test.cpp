@@ -205,6 +205,22 @@ TEST_F(TransferPlannerTest, NoPathIntoTheTableTheColumnOrOutOfReach) {
   EXPECT_FALSE(planner_.plan(layout_.overview, folded));
 }
 
+TEST_F(TransferPlannerTest, OverALowPileTheArmStoopsToWhatLiesNearTheBase) {
+  const Eigen::Isometry3d T_world_near = top_down({0.30, 0.0, 0.10}, 0.0, -50.0 * kPi / 180.0);
+  EXPECT_FALSE(planner_.plan(layout_.overview, T_world_near));
+  const TransferPlanner low = planner_.over_pile(0.09);
+  const auto path = low.plan(layout_.overview, T_world_near);
+  ASSERT_TRUE(path);
+  ArmClearanceOptions options;
+  options.pile_height = 0.09;
+  const ArmClearance over_low_pile(arm_, layout_, options);
+  const JointTrajectory motion(*path, arm_.limits());
+  for (double t = 0.0; t < motion.duration(); t += 0.005) {
+    EXPECT_GT(over_low_pile.to_cell(motion.sample(t).q), 0.0);
+    EXPECT_GT(clearance_.to_itself(motion.sample(t).q), 0.01);
+  }
+}
+
 TEST_F(TransferPlannerTest, TheSameQuestionHasTheSameAnswer) {
   const Eigen::Isometry3d T_world_grasp = random_grasp();
   const TransferPlanner other(arm_, kinematics_, layout_);
