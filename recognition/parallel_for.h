@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
-#include <vector>
+
+#include "recognition/thread_team.h"
 
 namespace binpick {
 
@@ -20,10 +20,7 @@ void parallel_for(int count, int jobs, const Work& work) {
   const auto drain = [&] {
     for (int i = next.fetch_add(1); i < count; i = next.fetch_add(1)) work(i);
   };
-  std::vector<std::jthread> helpers;
-  helpers.reserve(static_cast<std::size_t>(threads - 1));
-  for (int t = 1; t < threads; ++t) helpers.emplace_back(drain);
-  drain();
+  ThreadTeam::shared().run(threads - 1, drain);
 }
 
 /// As parallel_for, over [0, size) in chunks: work(chunk, begin, end).

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <vector>
+
+namespace binpick {
+
+/// Threads that are kept for the life of the process and wait for work: one recognition runs dozens
+/// of loops of a fraction of a millisecond, and a thread started for each would cost more than it
+/// brings. Any number of threads may call run() at the same time, also from within work.
+///
+/// In a forked child the team has no threads of its own: work is then done by the caller alone.
+class ThreadTeam {
+ public:
+  /// The team of this process.
+  static ThreadTeam& shared();
+
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
+
+  /// Calls work() on the calling thread and, as far as they come in time, on up to `helpers`
+  /// others; returns when every call has returned. `work` must not throw.
+  void run(int helpers, const std::function<void()>& work);
+
+ private:
+  struct Job {
+    const std::function<void()>* work;
+    int wanted;   // helpers that may still join
+    int running;  // helpers at it
+  };
+
+  ThreadTeam() = default;
+  ~ThreadTeam() = default;
+
+  void start_threads(int helpers);
+  void serve();
+
+  std::mutex mutex_;
+  std::condition_variable posted_;
+  std::condition_variable finished_;
+  std::vector<Job*> open_;  // jobs that want helpers, oldest first
+  int threads_ = 0;
+};
+
+}  // namespace binpick
