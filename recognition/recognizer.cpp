@@ -34,7 +34,6 @@ constexpr int kMostFlatRounds = 4;
 constexpr int kSpatialClusters = 60;  // looked at per round and model
 constexpr int kFlatClusters = 6;
 constexpr int kRoundsPerCount = 3;  // a round draws N / 3 pairs
-constexpr int kIterationsPerChunk = 16;
 
 /// Accepts (M, T) or not; the accepted one comes back with its score.
 using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;
@@ -164,44 +163,41 @@ std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
 
 std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
                                                Seed seed, const Mu& mu, PairKind kind) {
-  struct Chunk {
+  struct Iteration {
     std::vector<Hypothesis> solutions;
-    int pairs = 0;
+    bool has_pair = false;
     int hypotheses = 0;
   };
-  std::vector<Chunk> chunks(
-      static_cast<std::size_t>((iterations + kIterationsPerChunk - 1) / kIterationsPerChunk));
-  parallel_chunks(iterations, kIterationsPerChunk, options_.jobs, [&](int c, int begin, int end) {
-    Chunk& chunk = chunks[static_cast<std::size_t>(c)];
-    for (int i = begin; i < end; ++i) {  // line 4
-      Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-      const auto pair = sample_pair(sampled, random, kind);  // lines 5-9
-      if (!pair) continue;
-      const auto F_wx = pair_frame(pair->first, pair->second);
-      if (!F_wx) continue;
-      ++chunk.pairs;
-      // 5) hash table access
-      const PairDescriptor f_uv = pair_descriptor(pair->first, pair->second);  // line 10
-      const std::uint32_t cell = PairTable::cell(f_uv);                        // line 11
-      for (std::size_t M = 0; M < library_.models().size(); ++M) {             // line 14
-        // 6) generate and test
-        const std::span<const PairFrame> model_pairs =
-            kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
-        for (const PairFrame& F_uv_inverse : model_pairs) {                  // lines 12-13
-          const Eigen::Isometry3f T = hypothesis_pose(*F_wx, F_uv_inverse);  // line 15
-          ++chunk.hypotheses;
-          if (auto accepted = mu(static_cast<int>(M), T)) {  // line 16
-            chunk.solutions.push_back(*accepted);            // line 17
-          }
+  std::vector<Iteration> done(static_cast<std::size_t>(iterations));
+  parallel_for(iterations, options_.jobs, [&](int i) {  // line 4
+    Iteration& iteration = done[static_cast<std::size_t>(i)];
+    Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
+    const auto pair = sample_pair(sampled, random, kind);  // lines 5-9
+    if (!pair) return;
+    const auto F_wx = pair_frame(pair->first, pair->second);
+    if (!F_wx) return;
+    iteration.has_pair = true;
+    // 5) hash table access
+    const PairDescriptor f_uv = pair_descriptor(pair->first, pair->second);  // line 10
+    const std::uint32_t cell = PairTable::cell(f_uv);                        // line 11
+    for (std::size_t M = 0; M < library_.models().size(); ++M) {             // line 14
+      // 6) generate and test
+      const std::span<const PairFrame> model_pairs =
+          kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
+      for (const PairFrame& F_uv_inverse : model_pairs) {                  // lines 12-13
+        const Eigen::Isometry3f T = hypothesis_pose(*F_wx, F_uv_inverse);  // line 15
+        ++iteration.hypotheses;
+        if (auto accepted = mu(static_cast<int>(M), T)) {  // line 16
+          iteration.solutions.push_back(*accepted);        // line 17
         }
       }
     }
   });
   std::vector<Hypothesis> solutions;
-  for (const Chunk& chunk : chunks) {
-    solutions.insert(solutions.end(), chunk.solutions.begin(), chunk.solutions.end());
-    result_.counters.pairs += chunk.pairs;
-    result_.counters.hypotheses += chunk.hypotheses;
+  for (const Iteration& iteration : done) {
+    solutions.insert(solutions.end(), iteration.solutions.begin(), iteration.solutions.end());
+    result_.counters.pairs += iteration.has_pair ? 1 : 0;
+    result_.counters.hypotheses += iteration.hypotheses;
   }
   result_.counters.iterations += iterations;
   return solutions;
