@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -155,16 +156,30 @@ struct Tangents {
 };
 
 /// The mean of the finite points, if there is one.
-std::optional<Eigen::Vector3d> mean_of(const std::vector<Eigen::Vector3f>& points) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  std::size_t count = 0;
-  for (const Eigen::Vector3f& p : points) {
-    if (!p.allFinite()) continue;
-    sum += p.cast<double>();
-    ++count;
+std::optional<Eigen::Vector3d> mean_of(const std::vector<Eigen::Vector3f>& points, int jobs) {
+  struct Part {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    std::size_t count = 0;
+  };
+  const auto size = static_cast<int>(points.size());
+  std::vector<Part> parts(static_cast<std::size_t>((size + kChunk - 1) / kChunk));
+  parallel_chunks(size, kChunk, jobs, [&](int chunk, int begin, int end) {
+    Part part;
+    for (int i = begin; i < end; ++i) {
+      const Eigen::Vector3f& p = points[static_cast<std::size_t>(i)];
+      if (!p.allFinite()) continue;
+      part.sum += p.cast<double>();
+      ++part.count;
+    }
+    parts[static_cast<std::size_t>(chunk)] = part;
+  });
+  Part all;
+  for (const Part& part : parts) {
+    all.sum += part.sum;
+    all.count += part.count;
   }
-  if (count == 0) return std::nullopt;
-  return sum / static_cast<double>(count);
+  if (all.count == 0) return std::nullopt;
+  return all.sum / static_cast<double>(all.count);
 }
 
 Tangents tangents_of(const std::vector<Eigen::Vector3f>& points,
@@ -232,6 +247,22 @@ struct Raster {
   }
 };
 
+/// Calls visit(i, pixel) for every point i. Threads own bands of the image, so that the points of a
+/// pixel are visited by one thread, in their order.
+template <class Visit>
+void for_points_by_pixel(const Raster& raster, int jobs, const Visit& visit) {
+  const std::size_t size = raster.occupied.size();
+  const auto bands = static_cast<std::size_t>(std::max(jobs, 1));
+  parallel_for(jobs, jobs, [&](int band) {
+    const std::size_t begin = size * static_cast<std::size_t>(band) / bands;
+    const std::size_t end = size * static_cast<std::size_t>(band + 1) / bands;
+    for (std::size_t i = 0; i < raster.pixels.size(); ++i) {
+      const std::size_t pixel = raster.pixels[i];
+      if (pixel >= begin && pixel < end) visit(i, pixel);
+    }
+  });
+}
+
 /// Fills `raster` anew, for another focal length.
 void project(const Tangents& tangents, double focal, int jobs, Raster& raster) {
   raster.camera = frame_of(tangents, focal);
@@ -251,24 +282,31 @@ void project(const Tangents& tangents, double focal, int jobs, Raster& raster) {
     }
   });
   raster.occupied.assign(static_cast<std::size_t>(width) * height, 0);
-  for (const std::uint32_t pixel : raster.pixels) raster.occupied[pixel] = 1;
+  for_points_by_pixel(raster, jobs,
+                      [&](std::size_t, std::size_t pixel) { raster.occupied[pixel] = 1; });
 }
 
 /// How many of the eight pixels around an occupied one are occupied, as a share.
-double filled_share(const Raster& raster) {
+double filled_share(const Raster& raster, int jobs) {
   const auto width = static_cast<std::ptrdiff_t>(raster.camera.width);
-  long filled = 0;
-  long centres = 0;
-  for (std::ptrdiff_t v = 1; v + 1 < raster.camera.height; ++v) {
-    for (std::ptrdiff_t u = 1; u + 1 < width; ++u) {
-      const std::uint8_t* centre = raster.occupied.data() + v * width + u;
-      if (*centre == 0) continue;
-      ++centres;
-      for (const std::ptrdiff_t row : {-width, std::ptrdiff_t{0}, width}) {
-        filled += centre[row - 1] + centre[row] + centre[row + 1];
+  std::atomic<long> filled{0};
+  std::atomic<long> centres{0};
+  parallel_chunks(raster.camera.height - 2, kRowsPerChunk, jobs, [&](int, int begin, int end) {
+    long filled_here = 0;
+    long centres_here = 0;
+    for (std::ptrdiff_t v = 1 + begin; v < 1 + end; ++v) {
+      for (std::ptrdiff_t u = 1; u + 1 < width; ++u) {
+        const std::uint8_t* centre = raster.occupied.data() + v * width + u;
+        if (*centre == 0) continue;
+        ++centres_here;
+        for (const std::ptrdiff_t row : {-width, std::ptrdiff_t{0}, width}) {
+          filled_here += centre[row - 1] + centre[row] + centre[row + 1];
+        }
       }
     }
-  }
+    filled += filled_here;
+    centres += centres_here;
+  });
   return centres > 0 ? static_cast<double>(filled - centres) / static_cast<double>(8 * centres)
                      : 1.0;
 }
@@ -294,12 +332,26 @@ Raster choose_camera(const Tangents& tangents, int jobs) {
   // Points crowd along the lines of some scanners and the creases of meshes: pixels must be so
   // large that the gaps between them close, too.
   for (int i = 0; i < kSteps; ++i) {
-    const double filled = std::max(filled_share(raster), 0.05);
+    const double filled = std::max(filled_share(raster, jobs), 0.05);
     if (filled >= kLeastFilled) break;
     focal *= 0.97 * std::sqrt(std::log1p(-filled) / std::log1p(-kLeastFilled));
     project(tangents, focal, jobs, raster);
   }
   return raster;
+}
+
+/// Least of the positive depths of a row within `reach` pixels; infinite where there is none.
+void nearest_in_row(const float* depth, int width, int reach, float* nearest) {
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  std::vector<float> padded(static_cast<std::size_t>(width + 2 * reach), kNone);
+  for (int u = 0; u < width; ++u) {
+    padded[static_cast<std::size_t>(u + reach)] = depth[u] > 0.0f ? depth[u] : kNone;
+  }
+  std::fill(nearest, nearest + width, kNone);
+  for (int k = 0; k <= 2 * reach; ++k) {
+    const float* shifted = padded.data() + k;
+    for (int u = 0; u < width; ++u) nearest[u] = std::min(nearest[u], shifted[u]);
+  }
 }
 
 /// Takes away what is seen between the points of a nearer surface: pixels with much nearer ones
@@ -318,21 +370,43 @@ void remove_seen_through(RangeImage& image, int jobs) {
     const float other = depth[static_cast<std::size_t>(v * width + u)];
     return other > 0.0f && other < z - step * z;
   };
+  std::vector<float> nearest_by_row(depth.size());
   parallel_chunks(height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
     for (int v = begin; v < end; ++v) {
+      const std::ptrdiff_t row = std::ptrdiff_t{v} * width;
+      nearest_in_row(depth.data() + row, width, kReach, nearest_by_row.data() + row);
+    }
+  });
+  const auto is_seen_through = [&](int u, int v, float z) {
+    int lines = 0;
+    for (const auto& [du, dv] : kLines) {
+      bool before = false, after = false;
+      for (int k = 1; k <= kReach; ++k) {
+        before = before || is_nearer(u - k * du, v - k * dv, z);
+        after = after || is_nearer(u + k * du, v + k * dv, z);
+      }
+      lines += before && after ? 1 : 0;
+    }
+    return lines >= 2;
+  };
+  parallel_chunks(height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
+    std::vector<float> nearest(static_cast<std::size_t>(width));
+    for (int v = begin; v < end; ++v) {
+      std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
+      for (int k = std::max(v - kReach, 0); k <= std::min(v + kReach, height - 1); ++k) {
+        const float* row = nearest_by_row.data() + std::ptrdiff_t{k} * width;
+        for (int u = 0; u < width; ++u) {
+          nearest[static_cast<std::size_t>(u)] =
+              std::min(nearest[static_cast<std::size_t>(u)], row[u]);
+        }
+      }
       for (int u = 0; u < width; ++u) {
         float& z = image.depth[static_cast<std::size_t>(v * width + u)];
-        if (!(z > 0.0f)) continue;
-        int lines = 0;
-        for (const auto& [du, dv] : kLines) {
-          bool before = false, after = false;
-          for (int k = 1; k <= kReach; ++k) {
-            before = before || is_nearer(u - k * du, v - k * dv, z);
-            after = after || is_nearer(u + k * du, v + k * dv, z);
-          }
-          lines += before && after ? 1 : 0;
+        // Nearly nowhere is anything near enough: the lines need not be walked.
+        if (z > 0.0f && nearest[static_cast<std::size_t>(u)] < z - step * z &&
+            is_seen_through(u, v, z)) {
+          z = 0.0f;
         }
-        if (lines >= 2) z = 0.0f;
       }
     }
   });
@@ -341,21 +415,19 @@ void remove_seen_through(RangeImage& image, int jobs) {
 RangeImage depths_of(const Tangents& tangents, const Raster& raster, int jobs) {
   RangeImage image;
   image.intrinsics = raster.camera;
-  const std::vector<std::uint32_t>& pixels = raster.pixels;
   const std::size_t size = raster.occupied.size();
   std::vector<float> nearest(size, std::numeric_limits<float>::infinity());
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    float& z = nearest[pixels[i]];
-    z = std::min(z, tangents.points[i].z());
-  }
+  for_points_by_pixel(raster, jobs, [&](std::size_t i, std::size_t pixel) {
+    nearest[pixel] = std::min(nearest[pixel], tangents.points[i].z());
+  });
   std::vector<float> count(size, 0.0f);
   image.depth.assign(size, 0.0f);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
+  for_points_by_pixel(raster, jobs, [&](std::size_t i, std::size_t pixel) {
     const float z = tangents.points[i].z();
-    if (z > kSameSurface * nearest[pixels[i]]) continue;
-    image.depth[pixels[i]] += z;
-    count[pixels[i]] += 1.0f;
-  }
+    if (z > kSameSurface * nearest[pixel]) return;
+    image.depth[pixel] += z;
+    count[pixel] += 1.0f;
+  });
   for (std::size_t i = 0; i < count.size(); ++i) {
     if (count[i] > 0.0f) image.depth[i] /= count[i];
   }
@@ -369,7 +441,7 @@ ProjectedCloud project_cloud(const PointCloud& cloud, const Eigen::Vector3d& vie
   if (auto kept = keep_pixels(cloud, viewpoint, jobs)) return std::move(*kept);
   ProjectedCloud projected;
   projected.T_cloud_camera.translation() = viewpoint;
-  const std::optional<Eigen::Vector3d> middle = mean_of(cloud.points);
+  const std::optional<Eigen::Vector3d> middle = mean_of(cloud.points, jobs);
   if (!middle || !((*middle - viewpoint).norm() > 0.0)) return projected;
   projected.T_cloud_camera = looking_at(viewpoint, *middle);
   const Tangents tangents = tangents_of(cloud.points, projected.T_cloud_camera, jobs);
