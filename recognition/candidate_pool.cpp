@@ -21,7 +21,7 @@ CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& s
     : library_(library),
       scene_(scene),
       acceptance_(acceptance),
-      sensor_(estimate_sensor(scene)),
+      sensor_(estimate_sensor(scene, jobs)),
       facing_visibility_(0.6 * visibility),
       jobs_(jobs),
       dilation_(estimate_dilation({}, acceptance)) {}

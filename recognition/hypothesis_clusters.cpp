@@ -135,16 +135,14 @@ ModelTolerances tolerances_for(const RecognitionModel& model, float noise) {
 
 std::vector<Hypothesis> keep_cluster_heads(std::vector<Hypothesis> hypotheses,
                                            const std::vector<RecognitionModel>& models, float share,
-                                           int most, const std::vector<Hypothesis>& known) {
-  std::stable_sort(hypotheses.begin(), hypotheses.end(), [](const auto& a, const auto& b) {
-    return a.model != b.model ? a.model < b.model : a.score > b.score;
-  });
-  std::vector<Hypothesis> heads;
-  auto begin = hypotheses.begin();
-  while (begin != hypotheses.end()) {
-    const int model = begin->model;
-    const auto end = std::find_if(begin, hypotheses.end(),
-                                  [model](const Hypothesis& h) { return h.model != model; });
+                                           int most, int jobs,
+                                           const std::vector<Hypothesis>& known) {
+  std::vector<std::vector<Hypothesis>> of_model(models.size());
+  for (const Hypothesis& h : hypotheses) of_model[static_cast<std::size_t>(h.model)].push_back(h);
+  parallel_for(static_cast<int>(models.size()), jobs, [&](int model) {
+    std::vector<Hypothesis>& candidates = of_model[static_cast<std::size_t>(model)];
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const auto& a, const auto& b) { return a.score > b.score; });
     const RecognitionModel& shape = models[static_cast<std::size_t>(model)];
     const PoseDistance distance(shape);
     const float limit = share * shape.diameter;
@@ -153,17 +151,21 @@ std::vector<Hypothesis> keep_cluster_heads(std::vector<Hypothesis> hypotheses,
       if (other.model == model) taken.push_back(distance.locate(other.T_camera_model));
     }
     const std::size_t full = taken.size() + static_cast<std::size_t>(most);
-    for (; begin != end && taken.size() < full; ++begin) {
-      const LocatedPose pose = distance.locate(begin->T_camera_model);
+    std::size_t heads = 0;
+    for (const Hypothesis& candidate : candidates) {
+      if (taken.size() == full) break;
+      const LocatedPose pose = distance.locate(candidate.T_camera_model);
       const bool is_known = std::any_of(taken.begin(), taken.end(), [&](const LocatedPose& other) {
         return distance.closer(pose, other, limit);
       });
       if (is_known) continue;
       taken.push_back(pose);
-      heads.push_back(*begin);
+      candidates[heads++] = candidate;
     }
-    begin = end;
-  }
+    candidates.resize(heads);
+  });
+  std::vector<Hypothesis> heads;
+  for (const auto& kept : of_model) heads.insert(heads.end(), kept.begin(), kept.end());
   return heads;
 }
 
@@ -172,13 +174,14 @@ std::vector<Hypothesis> cluster_and_align(std::vector<Hypothesis> hypotheses,
                                           const ObservedScene& scene,
                                           const ClusteringOptions& options,
                                           const std::vector<Hypothesis>& known) {
-  std::vector<Hypothesis> heads =
-      keep_cluster_heads(std::move(hypotheses), models, kClusterShare, options.most_per_model);
+  std::vector<Hypothesis> heads = keep_cluster_heads(std::move(hypotheses), models, kClusterShare,
+                                                     options.most_per_model, options.jobs);
   align_coarsely(heads, models, scene, options.jobs);
   // What has converged to one pose needs one fine alignment.
-  heads = keep_cluster_heads(std::move(heads), models, kConvergedShare, options.most_per_model);
+  heads = keep_cluster_heads(std::move(heads), models, kConvergedShare, options.most_per_model,
+                             options.jobs);
   return keep_cluster_heads(align_finely(std::move(heads), models, scene, options), models,
-                            kDuplicateShare, options.most_per_model, known);
+                            kDuplicateShare, options.most_per_model, options.jobs, known);
 }
 
 }  // namespace binpick

@@ -20,7 +20,7 @@ struct ModelTolerances {
 /// (symmetry-aware), at most `most` per model, none close to one of `known`. Best first per model.
 [[nodiscard]] std::vector<Hypothesis> keep_cluster_heads(
     std::vector<Hypothesis> hypotheses, const std::vector<RecognitionModel>& models, float share,
-    int most, const std::vector<Hypothesis>& known = {});
+    int most, int jobs, const std::vector<Hypothesis>& known = {});
 
 /// How the hypotheses of one sampling round become few aligned ones.
 struct ClusteringOptions {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "recognition/parallel_for.h"
+
 namespace binpick {
 namespace {
 
@@ -20,13 +22,15 @@ constexpr float kSteep = 1.5f;  // tangent of the slant from which lateral noise
 /// off.
 class Differences {
  public:
-  explicit Differences(const ObservedScene& scene) : scene_(scene) {
+  Differences(const ObservedScene& scene, int jobs) : scene_(scene) {
     for (const ScenePixel& pixel : scene.pixels()) {
       if (!(pixel.depth > 0.0f)) continue;
       nearest_ = nearest_ > 0.0f ? std::min(nearest_, pixel.depth) : pixel.depth;
       farthest_ = std::max(farthest_, pixel.depth);
     }
-    for (std::size_t step = 0; step < kSteps.size(); ++step) collect(step);
+    // Each of what is collected comes from one step alone.
+    parallel_for(static_cast<int>(kSteps.size()), jobs,
+                 [&](int step) { collect(static_cast<std::size_t>(step)); });
   }
 
   struct Bin {
@@ -146,11 +150,11 @@ float correlated_pixels(Differences& differences) {
 
 }  // namespace
 
-SensorEstimate estimate_sensor(const ObservedScene& scene) {
+SensorEstimate estimate_sensor(const ObservedScene& scene, int jobs) {
   constexpr float kLeastLateral = 0.1f;
   constexpr float kMostLateral = 0.5f;
   SensorEstimate sensor;
-  Differences differences(scene);
+  Differences differences(scene, jobs);
   fit_axial(differences.by_depth(), sensor);
   if (sensor.constant == 0.0f && sensor.quadratic == 0.0f) sensor.constant = scene.noise();
   sensor.correlated_pixels = correlated_pixels(differences);

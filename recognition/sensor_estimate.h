@@ -33,6 +33,6 @@ struct SensorEstimate {
 /// Estimates the sensor's noise from second differences of the inverse depth, which vanish on
 /// planes: robustly, over the whole image, by depth and by slant. A scene without usable pixels
 /// gets the noise that ObservedScene measured. O(pixels).
-[[nodiscard]] SensorEstimate estimate_sensor(const ObservedScene& scene);
+[[nodiscard]] SensorEstimate estimate_sensor(const ObservedScene& scene, int jobs = 1);
 
 }  // namespace binpick

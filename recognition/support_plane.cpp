@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 
 #include "recognition/parallel_for.h"
@@ -77,6 +78,16 @@ struct PointArrays {
   [[nodiscard]] Eigen::Vector3d p(std::size_t i) const {
     return Eigen::Vector3f(x[i], y[i], z[i]).cast<double>();
   }
+  void reserve(std::size_t size) {
+    x.reserve(size);
+    y.reserve(size);
+    z.reserve(size);
+  }
+  void resize(std::size_t size) {
+    x.resize(size);
+    y.resize(size);
+    z.resize(size);
+  }
   void push_back(float px, float py, float pz) {
     x.push_back(px);
     y.push_back(py);
@@ -94,19 +105,29 @@ PointArrays select(const PointArrays& points, const SupportPlane& plane, int job
   std::vector<PointArrays> parts(static_cast<std::size_t>((size + kChunk - 1) / kChunk));
   parallel_chunks(size, kChunk, jobs, [&](int chunk, int begin, int end) {
     std::array<float, kChunk> heights;
-    for (int i = begin; i < end; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      heights[static_cast<std::size_t>(i - begin)] =
-          height(points.x[at], points.y[at], points.z[at]);
+    const float* x = points.x.data() + begin;
+    const float* y = points.y.data() + begin;
+    const float* z = points.z.data() + begin;
+    const auto count = static_cast<std::size_t>(end - begin);
+    for (std::size_t i = 0; i < count; ++i) heights[i] = height(x[i], y[i], z[i]);
+    std::array<std::uint16_t, kChunk> kept;
+    std::size_t size_kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {  // without a branch: the outcomes are mixed
+      kept[size_kept] = static_cast<std::uint16_t>(i);
+      size_kept += keep(heights[i]) ? 1 : 0;
     }
     PointArrays& part = parts[static_cast<std::size_t>(chunk)];
-    for (int i = begin; i < end; ++i) {
-      if (!keep(heights[static_cast<std::size_t>(i - begin)])) continue;
-      const auto at = static_cast<std::size_t>(i);
-      part.push_back(points.x[at], points.y[at], points.z[at]);
+    part.resize(size_kept);
+    for (std::size_t i = 0; i < size_kept; ++i) {
+      part.x[i] = x[kept[i]];
+      part.y[i] = y[kept[i]];
+      part.z[i] = z[kept[i]];
     }
   });
+  std::size_t all = 0;
+  for (const PointArrays& part : parts) all += part.size();
   PointArrays selected;
+  selected.reserve(all);
   for (const PointArrays& part : parts) {
     selected.x.insert(selected.x.end(), part.x.begin(), part.x.end());
     selected.y.insert(selected.y.end(), part.y.begin(), part.y.end());
@@ -268,6 +289,7 @@ std::vector<SupportPlane> find_support_planes(const SceneOctree& octree,
                                               int jobs) {
   const double leaf = octree.leaf_size();
   PointArrays all;
+  all.reserve(static_cast<std::size_t>(octree.size()));
   for (const Eigen::Vector3f& p : octree.points()) all.push_back(p.x(), p.y(), p.z());
   PointArrays rest = all;
   std::vector<SupportPlane> planes;
