@@ -6,8 +6,10 @@
 namespace binpick {
 namespace {
 
-/// Off-diagonal entries smaller than this, relative to the diagonal, count as zero. They enter D
-/// with the same relative size.
+/// Off-diagonal entries, relative to the diagonal, that are left to the series of inverse_root();
+/// its error is their third power. Between two ticks few entries grow beyond it.
+constexpr double kSmall = 1e-2;
+/// Those that count as zero where single modes are looked at.
 constexpr double kTolerance = 1e-7;
 constexpr int kMaxSweeps = 20;
 
@@ -65,12 +67,31 @@ inline void rotate_symmetric(Eigen::Matrix<double, N, N>& A, int p, int q,
   A(p, q) = A(q, p) = (c2 - s2) * a_pq + cs * (a_pp - a_qq);
 }
 
+/// B^(-1/2) of a B whose off-diagonal entries are small. In first order, with r_i = sqrt(B_ii),
+/// Z_ij = -B_ij / (r_i r_j (r_i + r_j)); the residual 1 - Z B Z, divided by r_i + r_j, is what Z
+/// lacks in second order.
+template <int N>
+Eigen::Matrix<double, N, N> inverse_root(const Eigen::Matrix<double, N, N>& B) noexcept {
+  const Eigen::Matrix<double, N, 1> r = B.diagonal().cwiseSqrt();
+  Eigen::Matrix<double, N, N> Z;
+  Eigen::Matrix<double, N, N> weight;  // 1 / (r_i + r_j)
+  for (int j = 0; j < N; ++j) {
+    const Eigen::Matrix<double, N, 1> sum = r.array() + r[j];
+    weight.col(j) = sum.cwiseInverse();
+    Z.col(j) = -B.col(j).cwiseProduct(weight.col(j)).cwiseQuotient(r * r[j]);
+  }
+  Z.diagonal() = r.cwiseInverse();
+  const Eigen::Matrix<double, N, N> ZB = Z.lazyProduct(B);
+  Eigen::Matrix<double, N, N> residual = -ZB.lazyProduct(Z);
+  residual.diagonal().array() += 1.0;
+  Z += residual.cwiseProduct(weight);
+  return Z;
+}
+
 }  // namespace
 
 template <int N>
-typename DampingDesign<N>::Vector DampingDesign<N>::diagonalise(const Matrix& A) noexcept {
-  const Matrix AU = A.lazyProduct(U_);
-  Matrix nearly_diagonal = U_.transpose().lazyProduct(AU);
+void DampingDesign<N>::diagonalise(Matrix& B, double tolerance) noexcept {
   bool done = false;
   for (int sweep = 0; sweep < kMaxSweeps && !done; ++sweep) {
     done = true;
@@ -79,20 +100,17 @@ typename DampingDesign<N>::Vector DampingDesign<N>::diagonalise(const Matrix& A)
       for (int p = 0; p < N; ++p) {
         const int q = (round - p + N) % N;
         if (p >= q) continue;
-        const double a_pq = nearly_diagonal(p, q);
-        const double scale = nearly_diagonal(p, p) * nearly_diagonal(q, q);
+        const double b_pq = B(p, q);
         // Written so that NaN ends the loop: the caller refuses what comes out.
-        if (!(a_pq * a_pq > kTolerance * kTolerance * std::abs(scale))) continue;
-        const Rotation rotation = zeroing(nearly_diagonal(p, p), a_pq, nearly_diagonal(q, q));
-        rotate_symmetric<N>(nearly_diagonal, p, q, rotation);
+        if (!(b_pq * b_pq > tolerance * tolerance * std::abs(B(p, p) * B(q, q)))) continue;
+        const Rotation rotation = zeroing(B(p, p), b_pq, B(q, q));
+        rotate_symmetric<N>(B, p, q, rotation);
         rotate_columns<N>(U_, p, q, rotation);
         done = false;
       }
     }
   }
-  const Vector eigenvalues = nearly_diagonal.diagonal();
-  if (!eigenvalues.allFinite()) U_.setIdentity();
-  return eigenvalues;
+  if (!B.diagonal().allFinite()) U_.setIdentity();
 }
 
 template <int N>
@@ -100,17 +118,17 @@ typename DampingDesign<N>::Matrix DampingDesign<N>::from_inverse_inertia(
     const Vector& stiffness, const Matrix& inverse_inertia, double damping_ratio,
     const Vector& inertia_cap) noexcept {
   const Vector S = stiffness.cwiseSqrt();
-  const Matrix A = S.asDiagonal() * inverse_inertia * S.asDiagonal();
-  const Vector squared_frequency = diagonalise(A);
+  Matrix SU = S.asDiagonal() * U_;
+  Matrix B = SU.transpose().lazyProduct(inverse_inertia.lazyProduct(SU).eval());
+  diagonalise(B, kSmall);
   const Vector slowest = stiffness.cwiseQuotient(inertia_cap);
-  const Matrix SU = S.asDiagonal() * U_;
-  Matrix weighted;
-  for (int i = 0; i < N; ++i) {
-    const double floor = U_.col(i).cwiseAbs2().dot(slowest);
-    const double w2 = std::max(squared_frequency[i], floor);
-    weighted.col(i) = SU.col(i) * (2.0 * damping_ratio / std::sqrt(w2));
+  if ((B.diagonal() - U_.cwiseAbs2().transpose().lazyProduct(slowest)).minCoeff() < 0.0) {
+    diagonalise(B, kTolerance);
+    B.diagonal() = B.diagonal().cwiseMax(U_.cwiseAbs2().transpose().lazyProduct(slowest));
   }
-  return weighted.lazyProduct(SU.transpose());
+  SU = S.asDiagonal() * U_;
+  const Matrix weighted = SU.lazyProduct(inverse_root<N>(B));
+  return 2.0 * damping_ratio * weighted.lazyProduct(SU.transpose());
 }
 
 template <int N>
@@ -118,15 +136,13 @@ typename DampingDesign<N>::Matrix DampingDesign<N>::from_inertia(const Vector& s
                                                                  const Matrix& inertia,
                                                                  double damping_ratio) noexcept {
   const Vector S = stiffness.cwiseSqrt();
-  const Vector S_inverse = S.cwiseInverse();
-  const Matrix A_inverse = S_inverse.asDiagonal() * inertia * S_inverse.asDiagonal();
-  const Vector squared_period = diagonalise(A_inverse);
+  const Matrix scaled_U = S.cwiseInverse().asDiagonal() * U_;
+  Matrix B = scaled_U.transpose().lazyProduct(inertia.lazyProduct(scaled_U).eval());
+  diagonalise(B, kSmall);
   const Matrix SU = S.asDiagonal() * U_;
-  Matrix weighted;
-  for (int i = 0; i < N; ++i) {
-    weighted.col(i) = SU.col(i) * (2.0 * damping_ratio * std::sqrt(squared_period[i]));
-  }
-  return weighted.lazyProduct(SU.transpose());
+  const Matrix root = B.lazyProduct(inverse_root<N>(B));
+  const Matrix weighted = SU.lazyProduct(root);
+  return 2.0 * damping_ratio * weighted.lazyProduct(SU.transpose());
 }
 
 template class DampingDesign<6>;

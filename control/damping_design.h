@@ -9,9 +9,10 @@ namespace binpick {
 ///
 /// With S = sqrt(K) and A = S Lambda^-1 S = U diag(w^2) U^T this is
 ///   D = S U diag(2 zeta / w) U^T S,
-/// that is, 2 zeta times the geometric mean of K and Lambda; no inverse is taken. U is found by
-/// Jacobi rotations that start from the last call's U: from one control tick to the next one sweep
-/// suffices. The result is converged in every call; what is remembered only saves time.
+/// that is, 2 zeta times the geometric mean of K and Lambda; no inverse is taken. The last call's U
+/// still makes B = U^T A U nearly diagonal: Jacobi rotations zero the few entries that have grown
+/// since, and a series in the rest gives B^(-1/2). The result is converged to 1e-7 in every call;
+/// what is remembered only saves time.
 template <int N>
 class DampingDesign {
  public:
@@ -35,9 +36,9 @@ class DampingDesign {
   void reset() noexcept { U_.setIdentity(); }
 
  private:
-  /// Turns U_ until U_^T A U_ is diagonal.
-  /// @returns the eigenvalues of A.
-  [[nodiscard]] Vector diagonalise(const Matrix& A) noexcept;
+  /// Turns U_, and B = U_^T A U_ with it, until B's off-diagonal entries are below `tolerance`,
+  /// relative to its diagonal.
+  void diagonalise(Matrix& B, double tolerance) noexcept;
 
   Matrix U_ = Matrix::Identity();
 };

@@ -1,7 +1,6 @@
 #include "control/joint_limit_barrier.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace binpick {
@@ -33,7 +32,6 @@ double largest_acceleration(double rate, double top, double way, double k, doubl
 
 JointVector JointLimitBarrier::keep(const JointVector& tau, const TorqueRange& range,
                                     const Motion& motion, double dt) const noexcept {
-  const JointMatrix& M = motion.dynamics.M;
   const JointVector unbalanced = tau - motion.dynamics.gravity - motion.dynamics.coriolis;
   JointVector qdd = motion.space.acceleration_of(unbalanced);
   const JointVector pushed = motion.space.acceleration_of(motion.residual);
@@ -48,24 +46,22 @@ JointVector JointLimitBarrier::keep(const JointVector& tau, const TorqueRange& r
     }
   }
 
-  // (M^-1)_ii >= 1 / M_ii: bounds that are quick to find, and mostly far away.
+  const JointMatrix& response = motion.space.M_inverse();
   JointVector most;
   JointVector least;
-  const auto find_bounds = [&](int i, double mobility) {
-    const double jerk = kRateShare * torque_rate_ * mobility;
+  for (int i = 0; i < kArmJoints; ++i) {
+    const double jerk = kRateShare * torque_rate_ * response(i, i);
     const double top = kTopSpeed * limits_.velocity[i];
-    const double k = std::min(kSteepestApproach,
-                              kBrakingShare * limits_.effort[i] / (M(i, i) * limits_.velocity[i]));
+    const double k =
+        std::min(kSteepestApproach, kBrakingShare * limits_.effort[i] /
+                                        (motion.dynamics.M(i, i) * limits_.velocity[i]));
     const double rate = motion.rate[i];
     const double way_up = limits_.upper[i] - motion.q[i];
     const double way_down = motion.q[i] - limits_.lower[i];
     most[i] = largest_acceleration(rate, top, way_up, k, jerk, dt) - more[i];
     least[i] = less[i] - largest_acceleration(-rate, top, way_down, k, jerk, dt);
-  };
-  for (int i = 0; i < kArmJoints; ++i) find_bounds(i, 1.0 / M(i, i));
+  }
 
-  JointMatrix response;  // columns of M^-1, of joints that came near their bounds
-  std::array<bool, kArmJoints> near{};
   JointVector kept = tau;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     bool settled = true;
@@ -73,11 +69,6 @@ JointVector JointLimitBarrier::keep(const JointVector& tau, const TorqueRange& r
       if (qdd[i] >= least[i] && qdd[i] <= most[i]) continue;
       const bool backward = motion.rate[i] > 0.0 ? qdd[i] < least[i] : qdd[i] > most[i];
       if (backward && motion.touched) continue;
-      if (!near[std::size_t(i)]) {
-        near[std::size_t(i)] = true;
-        response.col(i) = motion.space.acceleration_of(JointVector::Unit(i));
-        find_bounds(i, response(i, i));
-      }
       // Of a joint that is pushed too hard for both, the side that it moves to comes first.
       const double bounded = motion.rate[i] > 0.0 ? std::min(std::max(qdd[i], least[i]), most[i])
                                                   : std::max(std::min(qdd[i], most[i]), least[i]);

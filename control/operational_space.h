@@ -18,8 +18,8 @@ struct InertiaCap {
 };
 
 /// The arm's inertia seen at the tool centre, world axes (Khatib 1987), and the dynamically
-/// consistent projections that follow from it. With M = L L^T and X = L^-1 J^T, the inverse
-/// inertia is J M^-1 J^T = X^T X; M is never inverted.
+/// consistent projections that follow from it. With M = L L^T and U = L^-T, the inverses are
+/// M^-1 = U U^T and J M^-1 J^T = (J U) (J U)^T: symmetric and never indefinite.
 class OperationalSpace {
  public:
   OperationalSpace() noexcept = default;
@@ -30,28 +30,42 @@ class OperationalSpace {
 
   /// J M^-1 J^T.
   [[nodiscard]] const Matrix6& lambda_inverse() const noexcept { return lambda_inverse_; }
+  /// M^-1.
+  [[nodiscard]] const JointMatrix& M_inverse() const noexcept { return M_inverse_; }
   /// Lambda y, with Lambda = (J M^-1 J^T)^-1, capped near singularities.
-  [[nodiscard]] Vector6 lambda_times(const Vector6& y) const noexcept;
+  [[nodiscard]] Vector6 lambda_times(const Vector6& y) const noexcept {
+    return lambda_.lazyProduct(y);
+  }
+  /// M^-1 tau.
+  [[nodiscard]] JointVector acceleration_of(const JointVector& tau) const noexcept {
+    return M_inverse_.lazyProduct(tau);
+  }
   /// Jbar^T tau = Lambda J M^-1 tau: the wrench at the tool centre that joint torques `tau` stand
   /// for, weighted by inertia.
-  [[nodiscard]] Vector6 wrench_of(const JointVector& tau) const noexcept;
-  /// M^-1 tau.
-  [[nodiscard]] JointVector acceleration_of(const JointVector& tau) const noexcept;
+  [[nodiscard]] Vector6 wrench_of(const JointVector& tau) const noexcept {
+    const JointVector acceleration = acceleration_of(tau);
+    const Vector6 tool_acceleration = J_.lazyProduct(acceleration);
+    return lambda_times(tool_acceleration);
+  }
   /// Jbar v = M^-1 J^T Lambda v: of the joint velocities that move the tool at `v` (where the cap
   /// lets it), those with the least kinetic energy.
-  [[nodiscard]] JointVector joint_velocity_of(const Vector6& v) const noexcept;
+  [[nodiscard]] JointVector joint_velocity_of(const Vector6& v) const noexcept {
+    const Vector6 momentum = lambda_times(v);
+    const JointVector joint_momentum = J_.transpose().lazyProduct(momentum);
+    return acceleration_of(joint_momentum);
+  }
   /// (I - J^T Jbar^T) tau: the part of `tau` that does not accelerate the tool.
-  [[nodiscard]] JointVector null_space_part(const JointVector& tau) const noexcept;
+  [[nodiscard]] JointVector null_space_part(const JointVector& tau) const noexcept {
+    const Vector6 wrench = wrench_of(tau);
+    return tau - J_.transpose().lazyProduct(wrench);
+  }
   /// True where the cap is at work.
   [[nodiscard]] bool near_singularity() const noexcept { return near_singularity_; }
 
  private:
-  // Cholesky factors, with inverted diagonals.
-  JointMatrix L_ = JointMatrix::Identity();  ///< of M
-  Eigen::Matrix<double, kArmJoints, 6> X_ = Eigen::Matrix<double, kArmJoints, 6>::Zero();
+  JointMatrix M_inverse_ = JointMatrix::Identity();
   Matrix6 lambda_inverse_ = Matrix6::Identity();
-  Matrix6 lambda_factor_ = Matrix6::Identity();  ///< of the capped, scaled inverse inertia
-  Vector6 scale_ = Vector6::Ones();  ///< square roots of the caps: lambda_factor_ is in their units
+  Matrix6 lambda_ = Matrix6::Identity();  ///< capped
   Jacobian J_ = Jacobian::Zero();
   bool near_singularity_ = false;
 };
