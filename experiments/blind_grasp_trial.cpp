@@ -198,7 +198,7 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
   context.enter(TrialStage::kJudge);
   skills.manipulator().hold(parameters_.hold_time, {.on_collision = false});
   record.measures["jaw_width_m"] = robot.state().gripper.width;
-  if (!Referee(world).held_aloft(0, kHeldHeight)) {
+  if (!held_aloft(world, 0, kHeldHeight)) {
     fail(record, TrialOutcome::kSlipped, TrialStage::kJudge);
   }
 }

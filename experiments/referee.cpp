@@ -49,9 +49,9 @@ Referee::Referee(const World& world) : world_(world), scene_(world.shared().part
   }
 }
 
-bool Referee::held_aloft(int object, double height) const {
-  return world_.object_between_pads(object) && !world_.object_supported(object) &&
-         world_.object_lowest_point(object) > height;
+bool held_aloft(const World& world, int object, double height) {
+  return world.object_between_pads(object) && !world.object_supported(object) &&
+         world.object_lowest_point(object) > height;
 }
 
 bool Referee::in_designated_place(int object) const {

@@ -10,15 +10,15 @@
 
 namespace binpick {
 
+/// Whether the object hangs between both pads, clear of everything, `height` above the table, m.
+[[nodiscard]] bool held_aloft(const World& world, int object, double height);
+
 /// Scores by physical rules from the world's truth. Reads the world, never changes it, and tells
 /// the robot's brain nothing.
 class Referee {
  public:
   /// `world` must outlive the referee.
   explicit Referee(const World& world);
-
-  /// Whether the object hangs between both pads, clear of everything, `height` above the table.
-  [[nodiscard]] bool held_aloft(int object, double height) const;
 
   /// Whether the object is released, at rest, with its centre of mass inside the place of its kind.
   [[nodiscard]] bool in_designated_place(int object) const;
