@@ -20,8 +20,12 @@ constexpr int kFingerSteps = 7;
 }  // namespace
 
 GraspClearance::GraspClearance(RangeImage image, const GripperDescription& gripper,
-                               double table_height, double margin)
-    : image_(std::move(image)), gripper_(gripper), table_height_(table_height), margin_(margin) {
+                               double table_height, double margin, int least_points)
+    : image_(std::move(image)),
+      gripper_(gripper),
+      table_height_(table_height),
+      margin_(margin),
+      least_points_(least_points) {
   for (int v = 0; v < image_.intrinsics.height; ++v) {
     for (int u = 0; u < image_.intrinsics.width; ++u) {
       if (!(image_.at(u, v) > 0.0f)) continue;
@@ -62,6 +66,7 @@ int GraspClearance::obstructing_points(const GraspPlan& plan, double own_margin)
       ++count;
     }
   }
+  if (count < least_points_) count = 0;
   for (const KnownObject& known : objects_) {
     const bool target = known.detection.model == plan.detection.model &&
                         known.detection.T_scene_model.isApprox(plan.detection.T_scene_model);

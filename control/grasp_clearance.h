@@ -14,9 +14,10 @@ namespace binpick {
 /// decide, and the range image shows them whether or not they were recognized.
 class GraspClearance {
  public:
-  /// `margin` widens fingers and housing on every side, m.
+  /// `margin` widens fingers and housing on every side, m. Fewer measured points than
+  /// `least_points` in the gripper's way are noise.
   GraspClearance(RangeImage image, const GripperDescription& gripper, double table_height,
-                 double margin = 0.003);
+                 double margin = 0.003, int least_points = 6);
 
   /// From now on the whole surface of `detection` (world frame) counts as if it had been measured,
   /// save for grasps of that object itself.
@@ -25,8 +26,8 @@ class GraspClearance {
   /// Measured points above the table within `region`.
   [[nodiscard]] std::vector<Eigen::Vector3d> points_within(const Eigen::AlignedBox2d& region) const;
 
-  /// Points within the volume that fingers and housing sweep along the approach. Points within
-  /// `own_margin` (m) of the target's bounding box are its own and do not count.
+  /// Points within the volume that fingers and housing sweep along the approach. Measured points
+  /// within `own_margin` (m) of the target's bounding box are its own and do not count.
   [[nodiscard]] int obstructing_points(const GraspPlan& plan, double own_margin = 0.005) const;
 
   /// Share of the space that the fingers take up at the grasp of which the image tells nothing,
@@ -49,6 +50,7 @@ class GraspClearance {
   GripperDescription gripper_;
   double table_height_;
   double margin_;
+  int least_points_;
 };
 
 }  // namespace binpick

@@ -239,12 +239,19 @@ std::optional<GraspPlan> ManipulationAutomaton::choose() {
     return plan.tilt < options_.preferred_tilt && selector_.trusted(plan.detection) && seen &&
            free(plan);
   };
+  const auto new_and = [&](auto condition) {
+    return [this, condition](const GraspPlan& plan) {
+      return failures_with(plan.detection) < options_.max_failures && condition(plan);
+    };
+  };
+  if (options_.strategy.clear_away) {
+    for (const auto* found : {&detections_, &others_}) {
+      if (auto plan = selector_.select(*found, new_and(good))) return plan;
+      if (auto plan = selector_.select(*found, new_and(free))) return plan;
+    }
+  }
   if (auto plan = selector_.select(detections_, good)) return plan;
   if (auto plan = selector_.select(detections_, free)) return plan;
-  if (options_.strategy.clear_away) {
-    if (auto plan = selector_.select(others_, good)) return plan;
-    if (auto plan = selector_.select(others_, free)) return plan;
-  }
   // Nothing is free: the way with the least in it, if need be one that failed before.
   if (auto plan = least_obstructed(false)) return plan;
   failed_.clear();
@@ -343,14 +350,21 @@ AutomatonConditions ManipulationAutomaton::after_skill(SkillResult result, Autom
   return conditions;
 }
 
+bool ManipulationAutomaton::concerns(const FailedGrasp& failed, const Detection& detection) const {
+  const Eigen::Vector3d moved = detection.T_scene_model.translation() - failed.p_world_object;
+  return failed.model == detection.model && moved.norm() < options_.same_place;
+}
+
 bool ManipulationAutomaton::failed_before(const GraspPlan& plan) const {
   return std::any_of(failed_.begin(), failed_.end(), [&](const FailedGrasp& failed) {
-    const Eigen::Vector3d moved =
-        plan.detection.T_scene_model.translation() - failed.p_world_object;
-    return failed.model == plan.detection.model &&
-           same_grasp(failed.T_object_grasp, plan.grasp->T_object_grasp) &&
-           moved.norm() < options_.same_place;
+    return concerns(failed, plan.detection) &&
+           same_grasp(failed.T_object_grasp, plan.grasp->T_object_grasp);
   });
+}
+
+std::ptrdiff_t ManipulationAutomaton::failures_with(const Detection& detection) const {
+  return std::count_if(failed_.begin(), failed_.end(),
+                       [&](const FailedGrasp& failed) { return concerns(failed, detection); });
 }
 
 ManipulationAutomaton::Target ManipulationAutomaton::target_for(GraspPlan plan) const {

@@ -113,6 +113,9 @@ struct AutomatonOptions {
   /// A grasp that failed is avoided while the object lies within this distance of where it failed,
   /// until something has changed. m
   double same_place = 0.03;
+  /// With the strategy's clearing away: an object of which so many grasps have failed waits until
+  /// others, wanted or not, have been put away, if they can be.
+  int max_failures = 2;
   /// Looks without an object before a push do not count as such; for so many pushes, lest something
   /// that is no known object keeps the robot busy for ever.
   int max_pushes = 5;
@@ -193,7 +196,10 @@ class ManipulationAutomaton {
   [[nodiscard]] bool wanted(const std::string& model) const {
     return options_.wanted_model.empty() || model == options_.wanted_model;
   }
+  /// Whether the grasp that failed was one of the detected object, which has not moved since.
+  [[nodiscard]] bool concerns(const FailedGrasp& failed, const Detection& detection) const;
   [[nodiscard]] bool failed_before(const GraspPlan& plan) const;
+  [[nodiscard]] std::ptrdiff_t failures_with(const Detection& detection) const;
   [[nodiscard]] bool has_way(const GraspPlan& plan);
   [[nodiscard]] std::vector<Eigen::Vector3d> surface_of(const Detection& detection) const;
   [[nodiscard]] bool attempts_used() const noexcept {

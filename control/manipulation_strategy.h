@@ -19,8 +19,8 @@ struct ManipulationStrategy {
   bool second_look = false;
   /// Grasps up to 60 degrees off the vertical where none below the paper's 30 is possible.
   bool steep_grasps = false;
-  /// Where no wanted object is found, or every grasp of it has something in its way, others are put
-  /// away first.
+  /// Where no wanted object is found, every grasp of it has something in its way, or grasps of it
+  /// have failed, others are put away first.
   bool clear_away = false;
   /// What cannot be grasped, or is seen and not recognized, is pushed to where it may; objects
   /// astray outside the pick region are fetched; the arm stoops over a pile as low as it sees it.

@@ -17,8 +17,6 @@ constexpr double kSettleTime = 0.1;
 constexpr double kWeighTime = 0.05;
 // What the jaws can hold by far, kg.
 constexpr double kHeaviestPayload = 3.0;
-// Fewer scene points than this in the gripper's way are noise.
-constexpr int kNoiseVotes = 6;
 // Measured points that are more than noise and stray edges of the table.
 constexpr std::ptrdiff_t kLeastSurface = 200;
 // What is seen this near to the highest point is taken for one object, m.
@@ -201,9 +199,7 @@ const ObjectModel* RobotSkills::find_object(const std::string& name) const {
 }
 
 int RobotSkills::obstruction(const GraspPlan& plan) {
-  if (!clearance_) return 0;
-  const int points = clearance_->obstructing_points(plan);
-  return points < kNoiseVotes ? 0 : points;
+  return clearance_ ? clearance_->obstructing_points(plan) : 0;
 }
 
 double RobotSkills::hidden_share(const GraspPlan& plan) {

@@ -44,7 +44,6 @@ std::optional<int> Runner::run() {
       slots_.clear();  // kills the workers
       return signal;
     }
-    forgive_pause();
     for (const auto& slot : slots_) check_deadline(*slot);
     const auto ended = std::remove_if(slots_.begin(), slots_.end(), [](const auto& slot) {
       return slot->state == State::kEnded;
@@ -87,6 +86,7 @@ std::optional<int> Runner::wait_for_events() {
     descriptors.push_back({slot->log_open ? slot->process.log_descriptor() : -1, POLLIN, 0});
   }
   ::poll(descriptors.data(), descriptors.size(), poll_timeout_ms());
+  forgive_pause();  // before any trial begins that the pause does not concern
   if (const auto signal = stop_.received()) return signal;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     if (descriptors[2 + 2 * i].revents != 0) handle_log(*slots_[i]);

@@ -44,7 +44,7 @@ class GraspClearanceTest : public ::testing::Test {
   }
   int obstruction_by(const Eigen::Vector3d& p_from_object) {
     const Eigen::Vector3d p_world = plan().detection.T_scene_model * p_from_object;
-    return GraspClearance(view_of(p_world), gripper_, 0.0).obstructing_points(plan());
+    return GraspClearance(view_of(p_world), gripper_, 0.0, 0.003, 1).obstructing_points(plan());
   }
 
   GripperDescription gripper_ = load_gripper();

@@ -59,6 +59,7 @@ class ScriptedSkills : public ManipulationSkills {
   std::set<std::string> unreachable;
   std::set<std::string> in_shadow;
   std::vector<std::string> log;
+  std::function<void(const GraspPlan&)> on_grasp;
 
   void go_to_overview() override { log.push_back("overview"); }
   std::vector<Detection> recognize() override {
@@ -81,6 +82,7 @@ class ScriptedSkills : public ManipulationSkills {
   }
   SkillResult grasp(const GraspPlan& plan) override {
     log.push_back("grasp " + plan.grasp->name);
+    if (on_grasp) on_grasp(plan);
     return take(grasps, SkillResult::kDone);
   }
   SkillResult carry(const GraspPlan&, const Place&, const Eigen::Vector2d& slot) override {
@@ -348,6 +350,31 @@ TEST_F(ManipulationAutomatonTest, TheStrategyPutsAwayWhatMayLieOverTheWanted) {
   EXPECT_EQ(result.placed, 2);
   EXPECT_EQ(skills_.log[2], "grasp first of the lid");
   EXPECT_THAT(skills_.log, ::testing::Not(::testing::Contains("push")));
+}
+
+TEST_F(ManipulationAutomatonTest, TheStrategyLeavesWhatItFailedAtTwiceForLater) {
+  for (const char* name : {"third", "fourth"}) {
+    Grasp grasp = objects_[0].grasps[0];
+    grasp.name = name;
+    grasp.T_object_grasp.translation().z() += 0.02 * static_cast<double>(objects_[0].grasps.size());
+    objects_[0].grasps.push_back(grasp);
+  }
+  const std::vector<Detection> view{cube_at(0.5, 0.2), cube_at(0.7, 0.1)};
+  AutomatonOptions options;
+  options.max_placed = 1;
+  for (const bool clear_away : {false, true}) {
+    skills_.views.assign(10, view);
+    skills_.grasps.assign(2, SkillResult::kCollision);
+    skills_.slots.clear();
+    options.strategy.clear_away = clear_away;
+    std::vector<double> grasped_at;
+    ManipulationAutomaton automaton(skills_, selector_, layout_, objects_, options);
+    skills_.on_grasp = [&](const GraspPlan& plan) {
+      grasped_at.push_back(plan.detection.T_scene_model.translation().x());
+    };
+    EXPECT_EQ(automaton.run().placed, 1);
+    EXPECT_THAT(grasped_at, ::testing::ElementsAre(0.5, 0.5, clear_away ? 0.7 : 0.5));
+  }
 }
 
 TEST_F(ManipulationAutomatonTest, TheStrategyFetchesStraysOnceThePickRegionIsEmpty) {
