@@ -307,7 +307,8 @@ JointVector ArmController::within_joint_limits(const JointVector& tau, double dt
     }
   }
   return barrier_.keep(tau, limiter_.range(),
-                       {dynamics(), space(), q(), rate, status_.residual, status_.contact}, dt);
+                       {dynamics(), space(), q(), rate, observer_.unfiltered(), status_.contact},
+                       dt);
 }
 
 void ArmController::raise(ControlFault fault) noexcept {

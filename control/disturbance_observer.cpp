@@ -20,6 +20,7 @@ DisturbanceObserver::DisturbanceObserver(const DisturbanceObserverOptions& optio
 void DisturbanceObserver::reset() noexcept {
   started_ = false;
   residual_.setZero();
+  unfiltered_.setZero();
 }
 
 void DisturbanceObserver::update(const ArmDynamics& dynamics, const JointVector& qd,
@@ -28,9 +29,8 @@ void DisturbanceObserver::update(const ArmDynamics& dynamics, const JointVector&
   if (started_) {
     const JointMatrix M_middle = 0.5 * (dynamics.M + M_);
     const JointVector velocity_change = qd - qd_;
-    const JointVector external =
-        M_middle.lazyProduct(velocity_change) / dt + 0.5 * (bias + bias_) - tau;
-    residual_ += -std::expm1(-options_.gain * dt) * (external - residual_);
+    unfiltered_ = M_middle.lazyProduct(velocity_change) / dt + 0.5 * (bias + bias_) - tau;
+    residual_ += -std::expm1(-options_.gain * dt) * (unfiltered_ - residual_);
   }
   started_ = true;
   M_ = dynamics.M;

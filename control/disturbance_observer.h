@@ -39,6 +39,9 @@ class DisturbanceObserver {
 
   /// Estimated external joint torques, Nm; positive when they push the joint forward.
   [[nodiscard]] const JointVector& residual() const noexcept { return residual_; }
+  /// External joint torques over the last period as the balance of momentum gives them, Nm: what
+  /// the residual follows. Without its lag, but with all the noise.
+  [[nodiscard]] const JointVector& unfiltered() const noexcept { return unfiltered_; }
   /// Estimated external wrench on the tool centre, world axes: Jbar^T r. Right when the arm is
   /// touched at the tool and away from singularities.
   [[nodiscard]] Vector6 external_wrench(const OperationalSpace& space) const noexcept {
@@ -49,6 +52,7 @@ class DisturbanceObserver {
  private:
   DisturbanceObserverOptions options_;
   JointVector residual_ = JointVector::Zero();
+  JointVector unfiltered_ = JointVector::Zero();
   // The state at the last update.
   bool started_ = false;
   JointMatrix M_ = JointMatrix::Zero();

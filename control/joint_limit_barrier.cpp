@@ -34,7 +34,7 @@ JointVector JointLimitBarrier::keep(const JointVector& tau, const TorqueRange& r
                                     const Motion& motion, double dt) const noexcept {
   const JointVector unbalanced = tau - motion.dynamics.gravity - motion.dynamics.coriolis;
   JointVector qdd = motion.space.acceleration_of(unbalanced);
-  const JointVector pushed = motion.space.acceleration_of(motion.residual);
+  const JointVector pushed = motion.space.acceleration_of(motion.push);
   JointVector more = JointVector::Zero();  // than qdd, should the arm still be pushed
   JointVector less = JointVector::Zero();
   for (int i = 0; i < kArmJoints; ++i) {

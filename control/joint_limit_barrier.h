@@ -16,11 +16,12 @@ namespace binpick {
 /// with -k qd only near the position limit, and the jerk j = s r (M^-1)_ii of a share s of the
 /// torque rate; the rest is for what the other joints' torques do meanwhile.
 ///
-/// A joint's own torque is what keeps it back. A slow joint is believed to lean on what the
-/// observer sees; for a fast one both must hold, with that push and without it, since it may have
-/// ended. In contact only the side that a joint moves to is watched: less braking, for fear of what
-/// would come after it, would keep a bouncing tool bouncing. What strikes the arm may still drive a
-/// joint beyond its speed; then it is braked.
+/// A joint's own torque is what keeps it back. A slow joint is believed to lean on what pushes it;
+/// for a fast one both must hold, with that push and without it, since it may end. The push is to
+/// be known without lag: of a blow that lasts 30 ms the observer's residual, 20 ms late, shows a
+/// third while it grows, and still shows it when it is over. In contact only the side that a joint
+/// moves to is watched: less braking, for fear of what would come after it, would keep a bouncing
+/// tool bouncing. What strikes the arm may still drive a joint beyond its speed; then it is braked.
 class JointLimitBarrier {
  public:
   /// @param torque_rate Nm/s, of each joint
@@ -33,7 +34,7 @@ class JointLimitBarrier {
     const OperationalSpace& space;  ///< built from the same inertia
     const JointVector& q;           ///< rad
     const JointVector& rate;        ///< rad/s; with elastic joints the faster of motor and link
-    const JointVector& residual;    ///< external torques that the observer sees, Nm
+    const JointVector& push;        ///< external torques, Nm
     bool touched;                   ///< the arm is in contact
   };
   /// The torques nearest to `tau` (Nm, gravity included) that keep the limits, as far as `range`

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "control/arm_controller.h"
 #include "control/arm_plant.h"
@@ -16,16 +17,18 @@
 
 namespace binpick {
 
-/// While something outside strikes or pushes the arm, and for so long after it, no joint speed is
-/// asserted: a springy surface that throws the tool back at 0.8 m/s turns a light wrist by whatever
-/// its impulse says, before any motor can do anything. Then the barrier has to have braked it: at
-/// 1000 Nm/s that takes up to 0.1 s.
-inline constexpr double kStruckTime = 0.1;
+/// Within this time the controller has to brake a joint that something outside has thrown beyond
+/// its speed limit: with 1000 Nm/s it takes that long to turn a joint's torque round.
+inline constexpr int kBrakingTicks = 100;
 
 /// ArmController on the plant, with torque feedback where the plant's joints are elastic. The
 /// limits are asserted in the loop: in every tick torques are finite, within effort and rate
-/// limits, and joints within their position and speed limits. What
-/// strikes the arm is the one exception (kStruckTime).
+/// limits, and joints within their position and speed limits.
+///
+/// What strikes the arm can drive a joint beyond its speed limit: M^-1 times its impulse is the
+/// speed that it adds, whatever the motors do, and they hardly do anything while it lasts. Springs
+/// may give that speed back the other way. So much and no more is allowed above the limit, and for
+/// kBrakingTicks; an arm that nothing pushes has no such allowance.
 class ControlledArm {
  public:
   ControlledArm(const ArmModel& belief, ArmPlant arm, ArmControllerOptions options = {})
@@ -64,15 +67,11 @@ class ControlledArm {
     last_tau_ = tau;
     plant.step_drives(tau, loop_, external);
     ASSERT_TRUE(limits.contains(plant.q())) << plant.q().transpose();
-    const double speed = plant.qd().cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff();
-    since_push_ += kControlPeriod;
-    if (!external(plant.dynamics(), plant.qd()).isZero(0.0)) since_push_ = 0.0;
-    if (since_push_ > kStruckTime) {
-      fastest = std::max(fastest, speed);
-      ASSERT_LE(speed, 1.0) << plant.qd().transpose();
-    } else {
-      fastest_struck = std::max(fastest_struck, speed);
-    }
+    remember_push(external);
+    const JointVector speed = plant.qd().cwiseAbs();
+    double& record = thrown_.isZero(0.0) ? fastest : fastest_struck;
+    record = std::max(record, speed.cwiseQuotient(limits.velocity).maxCoeff());
+    ASSERT_LE((speed - limits.velocity - thrown_).maxCoeff(), 0.0) << plant.qd().transpose();
   }
   void run(double seconds, const ArmPlant::External& external = nothing_outside()) {
     for (int i = 0; i < static_cast<int>(std::lround(seconds / kControlPeriod)); ++i) {
@@ -100,10 +99,23 @@ class ControlledArm {
   double largest_step = 0.0;    ///< of a joint torque between two ticks, Nm
 
  private:
+  void remember_push(const ArmPlant::External& external) {
+    const ArmDynamics dynamics = plant.dynamics();
+    const JointVector push = external(dynamics, plant.qd());
+    JointVector added = JointVector::Zero();
+    if (!push.isZero(0.0)) added = kControlPeriod * dynamics.M.llt().solve(push).cwiseAbs();
+    pushes_[next_push_++ % kBrakingTicks] = added;
+    thrown_.setZero();
+    for (const JointVector& speed : pushes_) thrown_ += speed;
+  }
+
   Random noise_{derive_seed(11, "torque sensor")};
   JointTorqueLoop loop_;
   std::optional<JointVector> last_tau_;
-  double since_push_ = INFINITY;  ///< s
+  std::vector<JointVector> pushes_ =
+      std::vector<JointVector>(kBrakingTicks, JointVector::Zero());  ///< a ring, rad/s per tick
+  std::size_t next_push_ = 0;
+  JointVector thrown_ = JointVector::Zero();  ///< what the last pushes added to the speeds, rad/s
 };
 
 /// The arm's elastic drives without friction, their sensors ideal.
