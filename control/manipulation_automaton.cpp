@@ -259,16 +259,20 @@ std::optional<GraspPlan> ManipulationAutomaton::choose() {
 }
 
 std::optional<GraspPlan> ManipulationAutomaton::least_obstructed(bool also_failed) {
-  std::vector<std::pair<int, GraspPlan>> plans;
+  // With the strategy, what grasps failed at comes after the other objects here, too.
+  using Rank = std::pair<bool, int>;
+  std::vector<std::pair<Rank, GraspPlan>> plans;
   for (const Detection& detection : detections_) {
+    const bool waits =
+        options_.strategy.clear_away && failures_with(detection) >= options_.max_failures;
     for (GraspPlan& plan : selector_.feasible_grasps(detection)) {
       if (!also_failed && failed_before(plan)) continue;
-      plans.emplace_back(skills_.obstruction(plan), std::move(plan));
+      plans.emplace_back(Rank(waits, skills_.obstruction(plan)), std::move(plan));
     }
   }
   std::stable_sort(plans.begin(), plans.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (auto& [obstruction, plan] : plans) {
+  for (auto& [rank, plan] : plans) {
     if (has_way(plan)) return std::move(plan);
   }
   return std::nullopt;

@@ -375,6 +375,16 @@ TEST_F(ManipulationAutomatonTest, TheStrategyLeavesWhatItFailedAtTwiceForLater) 
     EXPECT_EQ(automaton.run().placed, 1);
     EXPECT_THAT(grasped_at, ::testing::ElementsAre(0.5, 0.5, clear_away ? 0.7 : 0.5));
   }
+
+  // So it does where everything is in the way of everything.
+  skills_.on_grasp = nullptr;
+  skills_.obstructed = {"first", "second", "third", "fourth"};
+  skills_.views.assign(10, view);
+  skills_.grasps.assign(2, SkillResult::kCollision);
+  skills_.log.clear();
+  const AutomatonResult result = run(options);
+  EXPECT_THAT(skills_.log, ::testing::Contains(::testing::StartsWith("grasp")).Times(3));
+  EXPECT_EQ(result.placed, 1);
 }
 
 TEST_F(ManipulationAutomatonTest, TheStrategyFetchesStraysOnceThePickRegionIsEmpty) {
