@@ -31,8 +31,9 @@ World::World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& phy
       parked_(shared_->parts.objects.size(), true) {
   install_mujoco_handlers();
   if (drives) {
-    if (substeps < kTorqueLoopsPerControl || substeps % kTorqueLoopsPerControl != 0) {
-      throw std::invalid_argument("elastic joints need whole physics steps per torque loop");
+    if (substeps < 1 || (substeps > 1 && substeps % kTorqueLoopsPerControl != 0)) {
+      throw std::invalid_argument(
+          "elastic joints need one physics step or whole ones per torque loop");
     }
     drives_.emplace(*drives);
     substeps_ = substeps;
@@ -109,10 +110,11 @@ void World::step() {
       step_physics();
       continue;
     }
-    if (torque_loop_ && i % (substeps_ / kTorqueLoopsPerControl) == 0) {
-      set_arm_torques(torque_loop_(sensors().joints));
+    if (substeps_ == 1) {
+      step_elastic_arm(kTorqueLoopsPerControl, true);
+    } else {
+      step_elastic_arm(1, i % (substeps_ / kTorqueLoopsPerControl) == 0);
     }
-    step_elastic_arm();
   }
 }
 
@@ -152,11 +154,15 @@ void World::press_surface() {
   }
 }
 
-void World::step_elastic_arm() {
+void World::step_elastic_arm(int short_steps, bool ask_loop) {
   const WorldIndex& index = shared_->index;
-  const RobotState before = sensors();
+  ElasticDrives::TorqueLoop loop;
+  if (torque_loop_ && ask_loop) {
+    loop = [this](const JointState& state) { return within_effort(torque_loop_(state)); };
+  }
+  const JointState before = sensors().joints;
   const ElasticDrives::Coupling coupling =
-      drives_->begin_step(before.joints.q, before.joints.qd, model_->opt.timestep);
+      drives_->begin_step(before.q, before.qd, model_->opt.timestep, short_steps, loop);
   for (std::size_t i = 0; i < kArmJoints; ++i) {
     const int dof = index.arm_dof[i];
     data_->qfrc_applied[dof] = coupling.torque[Eigen::Index(i)];
@@ -164,8 +170,7 @@ void World::step_elastic_arm() {
         shared_->model->dof_armature[dof] + coupling.armature[Eigen::Index(i)];
   }
   step_physics();
-  const RobotState after = sensors();
-  drives_->end_step(after.joints.q, after.joints.qd);
+  drives_->end_step(sensors().joints.qd);
 }
 
 // MuJoCo's friction lets a loaded contact creep; its noslip iterations forbid that, at a third of a
@@ -223,15 +228,19 @@ void World::pin_object(int object) {
   parked_[std::size_t(object)] = true;
 }
 
+JointVector World::within_effort(const JointVector& tau) const {
+  JointVector limited;
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
+    const double effort = shared_->parts.arm.joints[i].effort;
+    limited[Eigen::Index(i)] = std::clamp(tau[Eigen::Index(i)], -effort, effort);
+  }
+  return limited;
+}
+
 void World::set_arm_torques(const JointVector& tau) {
   if (arm_held_) return;
   if (drives_) {
-    JointVector limited;
-    for (std::size_t i = 0; i < kArmJoints; ++i) {
-      const double effort = shared_->parts.arm.joints[i].effort;
-      limited[Eigen::Index(i)] = std::clamp(tau[Eigen::Index(i)], -effort, effort);
-    }
-    drives_->set_motor_torques(limited);
+    drives_->set_motor_torques(within_effort(tau));
     return;
   }
   for (std::size_t i = 0; i < kArmJoints; ++i) {

@@ -45,11 +45,11 @@ class World {
 
   /// Arm held at the scene's overview pose, gripper open. A standing scene has its objects where
   /// the scene says; a pile's objects are parked until they are dropped (pile.h).
-  /// Without `drives` the joints are rigid. With elastic joints a step consists of
-  /// `substeps` physics steps, one per period of the drives' torque loop or finer.
+  /// Without `drives` the joints are rigid. With elastic joints a step consists of `substeps`
+  /// physics steps: one, inside which the motors take a short step per period of their torque
+  /// loop, or, as a reference, one or several for each of these periods.
   World(std::shared_ptr<const WorldTemplate> shared, const PhysicsDraw& physics,
-        const std::optional<DriveDescription>& drives = std::nullopt,
-        int substeps = kTorqueLoopsPerControl);
+        const std::optional<DriveDescription>& drives = std::nullopt, int substeps = 1);
 
   /// Advances by 1 ms. @throws SimulationDiverged
   void step();
@@ -136,7 +136,8 @@ class World {
   void step_physics();
   void clear_applied_torques();
   void press_surface();
-  void step_elastic_arm();
+  void step_elastic_arm(int short_steps, bool ask_loop);
+  [[nodiscard]] JointVector within_effort(const JointVector& tau) const;
   void pin();
   void pin_arm();
   void pin_object(int object);

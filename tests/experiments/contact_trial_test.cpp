@@ -89,6 +89,16 @@ TEST(ContactTrial, SustainedForceFollowsTheStiffnessRatio) {
   EXPECT_NEAR(high / low, ratio, 0.1 * ratio);
 }
 
+// The world's safety watch ends a trial that breaks a limit. Rigid joints feel the whole blow; the
+// stiff arm is thrown back hardest.
+TEST(ContactTrial, NoBlowDrivesARigidJointBeyondItsLimits) {
+  for (const char* held : {"", "held_mass: 0.5\nheld_length: 0.05\n"}) {
+    for (const bool reaction : {false, true}) {
+      EXPECT_GT(press(kHigh, kFast, reaction, held).at("first_peak_n"), 250.0);
+    }
+  }
+}
+
 TEST(ContactTrial, AHeldBlockAddsItsMassButNoFalseAlarm) {
   const std::string held = kElastic + "held_mass: 0.5\n";
   const auto empty = press(kLow, kSlow, true);

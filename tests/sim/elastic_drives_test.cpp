@@ -19,7 +19,7 @@ DriveDescription frictionless() {
   return load_lwr_drives().with_friction(0.0).with_ideal_sensors();
 }
 
-World elastic_world(const DriveDescription& drives, int substeps = kTorqueLoopsPerControl) {
+World elastic_world(const DriveDescription& drives, int substeps = 1) {
   const auto shared = cell("blind_bottle");
   return World(shared, centre_physics(shared->parts.objects), drives, substeps);
 }
@@ -30,11 +30,11 @@ struct FreeLinks {
   JointVector q = JointVector::Zero();
   JointVector qd = JointVector::Zero();
 
-  void step(ElasticDrives& drives, double h) {
-    const ElasticDrives::Coupling coupling = drives.begin_step(q, qd, h);
+  void step(ElasticDrives& drives, double h, int short_steps = 1) {
+    const ElasticDrives::Coupling coupling = drives.begin_step(q, qd, h, short_steps);
     qd += h * coupling.torque.cwiseQuotient(inertia + coupling.armature);
     q += h * qd;
-    drives.end_step(q, qd);
+    drives.end_step(qd);
   }
 };
 
@@ -73,17 +73,42 @@ TEST(ElasticDrives, MotorOnAHeldLinkSwingsAtItsNaturalFrequency) {
 
 TEST(ElasticDrives, TheSpringsTakeNoMomentum) {
   const DriveDescription description = frictionless();
-  ElasticDrives drives(description);
-  FreeLinks links{JointVector::Constant(0.05)};
-  drives.reset(links.q, JointVector::Constant(20.0));
-  drives.set_motor_torques(JointVector::Zero());
-  for (int i = 0; i < 3000; ++i) {
-    links.step(drives, kStep);
-    const JointVector momentum = links.inertia.cwiseProduct(links.qd) +
-                                 description.motor_inertia.cwiseProduct(drives.theta_d());
-    ASSERT_LT(momentum.cwiseAbs().maxCoeff(), 1e-12) << i;
+  for (const int short_steps : {1, kTorqueLoopsPerControl}) {
+    ElasticDrives drives(description);
+    FreeLinks links{JointVector::Constant(0.05)};
+    drives.reset(links.q, JointVector::Constant(20.0));
+    drives.set_motor_torques(JointVector::Zero());
+    for (int i = 0; i < 3000; ++i) {
+      links.step(drives, short_steps * kStep, short_steps);
+      const JointVector momentum = links.inertia.cwiseProduct(links.qd) +
+                                   description.motor_inertia.cwiseProduct(drives.theta_d());
+      ASSERT_LT(momentum.cwiseAbs().maxCoeff(), 1e-12) << i;
+    }
+    EXPECT_LT(links.qd.cwiseAbs().maxCoeff(), 1e-3);  // the dampers have taken the energy
   }
-  EXPECT_LT(links.qd.cwiseAbs().maxCoeff(), 1e-3);  // the dampers have taken the energy
+}
+
+TEST(ElasticDrives, LongStepsNeitherDampNorDriveTheSprings) {
+  // Without dampers, links whose springs swing at 300 to 1200 rad/s against the motors keep doing
+  // so for 10 s, several thousand periods, in steps as long as the world's.
+  DriveDescription description = frictionless();
+  description.damping.setZero();
+  ElasticDrives drives(description);
+  FreeLinks links{JointVector::Zero()};
+  for (int joint = 0; joint < kArmJoints; ++joint) {
+    const double omega = 300.0 + 150.0 * joint;
+    links.inertia[joint] = description.stiffness[joint] / (omega * omega);
+  }
+  drives.reset(links.q, JointVector::Constant(10.0));
+  drives.set_motor_torques(JointVector::Zero());
+  JointVector first = JointVector::Zero();
+  JointVector last = JointVector::Zero();
+  for (int i = 0; i < 10000; ++i) {
+    links.step(drives, kControlPeriod, kTorqueLoopsPerControl);
+    if (i < 100) first = first.cwiseMax(links.qd.cwiseAbs());
+    if (i >= 9900) last = last.cwiseMax(links.qd.cwiseAbs());
+  }
+  EXPECT_LT((last.cwiseQuotient(first).array() - 1.0).abs().maxCoeff(), 0.02) << last.transpose();
 }
 
 TEST(ElasticDrives, CoulombFrictionHoldsUpToItsLimitAndSubtractsBeyond) {

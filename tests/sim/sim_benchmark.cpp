@@ -16,14 +16,34 @@ void step_standing_bottle(benchmark::State& state) {
 }
 BENCHMARK(step_standing_bottle)->Unit(benchmark::kMicrosecond);
 
-void step_standing_bottle_elastic_arm(benchmark::State& state) {
-  const auto shared = cell("blind_bottle");
-  World world(shared, centre_physics(shared->parts.objects), load_lwr_drives());
+/// The arm let go, balanced, with elastic joints or rigid ones.
+World free_arm(const char* scene, bool elastic) {
+  const auto shared = cell(scene);
+  std::optional<DriveDescription> drives;
+  if (elastic) drives = load_lwr_drives();
+  World world(shared, centre_physics(shared->parts.objects), drives);
+  if (shared->parts.scene.arrangement != "standing") drop_pile(world, 1);
   world.hold_arm(false);
   world.set_arm_torques(world.balancing_torques());
+  return world;
+}
+
+/// 1 ms of nothing but the arm, of one bottle on the table, or of a settled pile of seven.
+void step_free_arm(benchmark::State& state, const char* scene, bool elastic, bool empty) {
+  World world = free_arm(scene, elastic);
+  for (int i = 0; empty && i < world.object_count(); ++i) world.park_object(i);
   for (auto _ : state) world.step();
 }
-BENCHMARK(step_standing_bottle_elastic_arm)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(step_free_arm, alone_rigid, "blind_bottle", false, true)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(step_free_arm, alone_elastic, "blind_bottle", true, true)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(step_free_arm, bottle_rigid, "blind_bottle", false, false)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(step_free_arm, bottle_elastic, "blind_bottle", true, false)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(step_free_arm, pile_rigid, "pile", false, false)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(step_free_arm, pile_elastic, "pile", true, false)->Unit(benchmark::kMicrosecond);
 
 void step_settled_pile_of_seven(benchmark::State& state) {
   World world = make_world("pile");
