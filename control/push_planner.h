@@ -33,7 +33,8 @@ struct Push {
 /// How to push something radially, seen from the base, to where it can be grasped: outward what
 /// lies nearer than the comfortable radius, inward the rest. Near the base the arm reaches low
 /// poses only with the tool leaning outward, over the pushed thing, so the fingers set out that
-/// much farther from it. The least lean at which `feasible` agrees is taken.
+/// much farther from it: less far with the finger tips at half the thing's height, which is tried
+/// after all leans with low tips. The least lean at which `feasible` agrees is taken.
 /// @param surface points of the thing, world frame, m; closer together than the lane is wide.
 /// @returns nothing if no lean up to 50 degrees is feasible, or nothing is gained.
 [[nodiscard]] std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface,

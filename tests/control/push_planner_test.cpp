@@ -79,6 +79,21 @@ TEST_F(PushPlannerTest, WhatReachesFarBackBesideTheFingersDoesNotKeepThemAway) {
   EXPECT_NEAR(tip(push->T_world_start).x(), tip(plain->T_world_start).x(), 1e-9);
 }
 
+TEST_F(PushPlannerTest, RaisesTheTipsWhereTheLowFingersWouldHaveToSetOutTooNearTheBase) {
+  double nearest = 1.0;
+  const auto from_farther_out = [&](const Push& push) {
+    const double x = tip(push.T_world_start).x();
+    const bool raised = tip(push.T_world_start).z() > PushOptions{}.tip_height + 1e-9;
+    const bool leant = push.T_world_start.linear()(2, 2) > -std::cos(0.8);
+    if (!raised && leant) nearest = x;
+    return raised && leant;
+  };
+  const auto push = plan_push(box_at(0.38), layout_, gripper_, from_farther_out);
+  ASSERT_TRUE(push);
+  EXPECT_NEAR(tip(push->T_world_start).z(), 0.035, 1e-9);
+  EXPECT_GT(tip(push->T_world_start).x(), nearest + 0.02);
+}
+
 TEST_F(PushPlannerTest, GivesUpWhereNoLeanIsFeasible) {
   EXPECT_FALSE(plan_push(box_at(0.38), layout_, gripper_, [](const Push&) { return false; }));
 }
