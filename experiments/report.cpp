@@ -43,7 +43,8 @@ svg .grid{stroke:var(--line)}
 svg .ours{fill:var(--ours)}
 svg .whisker{stroke:var(--ink);stroke-width:1.6}
 svg .paper{fill:var(--paper);stroke:var(--ground)}
-svg text{fill:var(--soft);font-size:10px}
+svg text{fill:var(--soft);font-size:10px;paint-order:stroke;stroke:var(--ground);stroke-width:3px;
+stroke-linejoin:round}
 .plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(17rem,100%),1fr));gap:1rem}
 svg.plot{width:100%;max-width:30rem;height:auto}
 svg .title{font-size:12px;font-weight:600;fill:var(--ink)}
@@ -81,7 +82,8 @@ figcaption{font-size:.8rem;color:var(--soft)}
 @media print{body{max-width:none;padding:0;font-size:11px}h2,h3{break-after:avoid}
 .wide{overflow:visible}th,td{padding:.15rem .3rem;font-size:9px}th{white-space:normal}
 svg.plot{max-width:15rem}.plots{grid-template-columns:repeat(3,1fr)}svg.bar{width:80px;height:auto}
-.pictures{grid-template-columns:repeat(4,1fr)}pre{white-space:pre-wrap}
+.pictures{grid-template-columns:repeat(4,1fr)}code,pre{font-size:8px}
+pre{white-space:pre-wrap;columns:3;padding:.5rem}
 #replay .controls,#replay label,#replay p:last-child{display:none}}
 )";
 
@@ -234,14 +236,22 @@ class ReportPage {
   }
 
   void add_outcomes() {
+    // Stages at which nothing ended are left out, for narrow screens.
+    std::vector<TrialStage> stages;
+    for (const TrialStage stage : kTrialStages) {
+      const auto at_stage = [&](const OutcomeCount& each) { return each.stage == stage; };
+      if (std::any_of(summary_.outcomes.begin(), summary_.outcomes.end(), at_stage)) {
+        stages.push_back(stage);
+      }
+    }
     html_ += "<h2>How trials ended, and at which stage</h2>\n<div class=\"wide\"><table>\n<tr>" +
              th("outcome", true);
-    for (const TrialStage stage : kTrialStages) html_ += th(std::string(to_text(stage)));
+    for (const TrialStage stage : stages) html_ += th(std::string(to_text(stage)));
     html_ += th("all") + "</tr>\n";
     for (const TrialOutcome outcome : kTrialOutcomes) {
       std::string row;
       std::int64_t sum = 0;
-      for (const TrialStage stage : kTrialStages) {
+      for (const TrialStage stage : stages) {
         const std::int64_t count = count_of(outcome, stage);
         sum += count;
         const std::string colour =

@@ -82,6 +82,9 @@ std::string outcome_table(const ResultSummary& summary) {
   return table.text();
 }
 
+/// "p = 0.06"; a p value too small for a double is not zero.
+std::string p_text(double p) { return p > 0.0 ? fmt::format("p = {:.2g}", p) : "p < 1e-300"; }
+
 std::string of_column(const Experiment& experiment, const ColumnSummary& column) {
   const auto axis = column_axis(experiment.config());
   if (!axis) return "";
@@ -161,9 +164,9 @@ std::vector<std::string> table_statements(const Experiment& experiment,
                                      interval_text(wilson_interval(column.pooled))));
     if (column.homogeneity.degrees_of_freedom > 0) {
       statements.push_back(
-          fmt::format("cells alike{}? chi-square {:.1f} on {} degrees of freedom, p = {:.2g}",
-                      which, column.homogeneity.chi_square, column.homogeneity.degrees_of_freedom,
-                      column.homogeneity.p));
+          fmt::format("cells alike{}? chi-square {:.1f} on {} degrees of freedom, {}", which,
+                      column.homogeneity.chi_square, column.homogeneity.degrees_of_freedom,
+                      p_text(column.homogeneity.p)));
     }
     if (column.comparison && column.flat) {
       for (std::string& each : comparison_statements(column, which)) {
@@ -174,8 +177,8 @@ std::vector<std::string> table_statements(const Experiment& experiment,
   for (const PairedComparison& pair : summary.pairs) {
     statements.push_back(
         fmt::format("paired trials, {} against {}: {} succeed in the first alone, {} in the second "
-                    "alone, McNemar p = {:.2g}",
-                    pair.first, pair.second, pair.only_first, pair.only_second, pair.p));
+                    "alone, McNemar {}",
+                    pair.first, pair.second, pair.only_first, pair.only_second, p_text(pair.p)));
   }
   return statements;
 }

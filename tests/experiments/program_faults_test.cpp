@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "experiments/sqlite_database.h"
 #include "models/random.h"
 #include "program_run.h"
 
@@ -164,6 +165,21 @@ TEST_F(ProgramFaults, APausedRunLosesNoTrialToTheTimeLimit) {
   for (const pid_t each : all) ::kill(each, SIGCONT);
   ASSERT_EQ(process->wait(), 0) << process->err();
   EXPECT_THAT(read_whole_file(folder_ / "out" / "trials.csv"), Not(HasSubstr("timeout")));
+}
+
+TEST_F(ProgramFaults, APauseIsTakenOffTheTrialThatItFellInto) {
+  configure("rate: 0.6, work_ms: 100");
+  const auto process = start({"run", "coin.yaml", "--out", "out", "--trials", "2"});
+  ASSERT_TRUE(wait_for_trials("out", 1));
+  // The workers finish their trials meanwhile, and get their next ones after the pause.
+  ::kill(process->pid(), SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  ::kill(process->pid(), SIGCONT);
+  ASSERT_EQ(process->wait(), 0) << process->err();
+  SqliteDatabase store(folder_ / "out" / "trials.sqlite", SqliteDatabase::Access::kRead);
+  auto shortest = store.prepare("SELECT MIN(wall_time_s) FROM trials");
+  ASSERT_TRUE(shortest.step());
+  EXPECT_GT(shortest.number(0), 0.0);
 }
 
 TEST_F(ProgramFaults, AFullDiskKeepsWhatWasWritten) {
