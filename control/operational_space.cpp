@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace binpick {
 namespace {
@@ -77,6 +78,23 @@ OperationalSpace::OperationalSpace(const JointMatrix& M, const Jacobian& J,
   }
   const Matrix6 scaled_factor = scale.asDiagonal() * factor;
   lambda_ = triangle_squared<6>(scaled_factor);
+}
+
+Vector6 OperationalSpace::wrench_of(const JointVector& tau) const noexcept {
+  const JointVector acceleration = acceleration_of(tau);
+  const Vector6 tool_acceleration = J_.lazyProduct(acceleration);
+  return lambda_times(tool_acceleration);
+}
+
+JointVector OperationalSpace::joint_velocity_of(const Vector6& v) const noexcept {
+  const Vector6 momentum = lambda_times(v);
+  const JointVector joint_momentum = J_.transpose().lazyProduct(momentum);
+  return acceleration_of(joint_momentum);
+}
+
+JointVector OperationalSpace::null_space_part(const JointVector& tau) const noexcept {
+  const Vector6 wrench = wrench_of(tau);
+  return tau - J_.transpose().lazyProduct(wrench);
 }
 
 }  // namespace binpick

@@ -42,23 +42,12 @@ class OperationalSpace {
   }
   /// Jbar^T tau = Lambda J M^-1 tau: the wrench at the tool centre that joint torques `tau` stand
   /// for, weighted by inertia.
-  [[nodiscard]] Vector6 wrench_of(const JointVector& tau) const noexcept {
-    const JointVector acceleration = acceleration_of(tau);
-    const Vector6 tool_acceleration = J_.lazyProduct(acceleration);
-    return lambda_times(tool_acceleration);
-  }
+  [[nodiscard]] Vector6 wrench_of(const JointVector& tau) const noexcept;
   /// Jbar v = M^-1 J^T Lambda v: of the joint velocities that move the tool at `v` (where the cap
   /// lets it), those with the least kinetic energy.
-  [[nodiscard]] JointVector joint_velocity_of(const Vector6& v) const noexcept {
-    const Vector6 momentum = lambda_times(v);
-    const JointVector joint_momentum = J_.transpose().lazyProduct(momentum);
-    return acceleration_of(joint_momentum);
-  }
+  [[nodiscard]] JointVector joint_velocity_of(const Vector6& v) const noexcept;
   /// (I - J^T Jbar^T) tau: the part of `tau` that does not accelerate the tool.
-  [[nodiscard]] JointVector null_space_part(const JointVector& tau) const noexcept {
-    const Vector6 wrench = wrench_of(tau);
-    return tau - J_.transpose().lazyProduct(wrench);
-  }
+  [[nodiscard]] JointVector null_space_part(const JointVector& tau) const noexcept;
   /// True where the cap is at work.
   [[nodiscard]] bool near_singularity() const noexcept { return near_singularity_; }
 

@@ -53,7 +53,7 @@ fault observer-twice-as-fast control/disturbance_observer.cpp \
 fault observer-coriolis-reversed control/disturbance_observer.cpp \
   's/bias = dynamics\.coriolis \+ dynamics\.gravity/bias = dynamics.gravity - dynamics.coriolis/' \
   control_tests 'DisturbanceObserver.SeesNothingDuringAFastFreeMotion'
-fault null-space-not-consistent control/operational_space.h \
+fault null-space-not-consistent control/operational_space.cpp \
   '1i #include <Eigen/Cholesky>
   s/const Vector6 wrench = wrench_of\(tau\);/const Vector6 wrench = (J_ * J_.transpose()).llt().solve(J_ * tau);/' \
   control_tests 'CartesianImpedance.NullSpaceDoesNotAccelerateTheTool'
