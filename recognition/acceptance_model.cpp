@@ -38,6 +38,7 @@ FeatureVector acceptance_features(const HypothesisEvidence& evidence, double dil
   set(Feature::kNormalError, std::sqrt(static_cast<double>(evidence.normal_error)));
   set(Feature::kSecondFace, std::sqrt(static_cast<double>(evidence.second_face)));
   set(Feature::kFixed, std::log(static_cast<double>(evidence.least_information) + 1.0));
+  set(Feature::kResolution, std::log(static_cast<double>(evidence.expected) + 1.0));
   set(Feature::kUnseen, (evidence.missing + evidence.on_support) / rendered);
   return features;
 }

@@ -30,6 +30,7 @@ enum class Feature : std::size_t {
   kSecondFace,      ///< root of the middle eigenvalue of the scatter of the matched normals
   kUnseen,          ///< share of rendered pixels without measurement or on a support plane
   kFixed,           ///< log of the least information about the place, pixels
+  kResolution,      ///< log of the pixels of a typical unoccluded view: few show what is right ill
   kCount
 };
 constexpr std::size_t kFeatures = static_cast<std::size_t>(Feature::kCount);
@@ -57,10 +58,23 @@ struct AcceptanceModel {
   };
   double bias = 0.0;
   std::array<Term, kFeatures> terms{};
+  /// From the log odds of a hypothesis to those of a detection: another pose of the model, or
+  /// another model, that explains nearly as much says that this one may be wrong.
+  struct InSet {
+    double bias = 0.0;
+    double log_odds = 1.0;
+    double margin = 0.0;
+  };
+  InSet in_set{};
   double least_probability = 0.5;  ///< of a detection that is reported
 
   [[nodiscard]] double standardised(Feature feature, double value) const;
   [[nodiscard]] double log_odds(const FeatureVector& features) const;
+  /// The log odds of a member of the chosen set: `log_odds` are its own beside the others, `margin`
+  /// is what the best set without it lacks.
+  [[nodiscard]] double log_odds_in_set(double log_odds, double margin) const {
+    return in_set.bias + in_set.log_odds * log_odds + in_set.margin * margin;
+  }
 };
 
 /// 1 / (1 + exp(-log_odds)).

@@ -42,6 +42,10 @@ double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
   return acceptance_.log_odds(acceptance_features(evidence, dilation_));
 }
 
+bool CandidatePool::is_doubtful(const SelectedCandidate& selected) const {
+  return probability(detection_log_odds(selected)) < acceptance_.least_probability;
+}
+
 void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {
   const std::size_t first = candidates_.size();
   candidates_.resize(first + hypotheses.size());
@@ -87,10 +91,12 @@ void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& c
 const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
   DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_,
                                std::move(judgements_));
-  selected_ = selection.select(is_last);
+  selected_ = is_last ? selection.select_best() : selection.select_clear();
+  if (is_last) {
+    std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_doubtful(s); });
+  }
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
-  least_log_odds_ = selection.least_log_odds();
   judgements_ = selection.release_memory();
   return selected_;
 }
@@ -148,9 +154,7 @@ void CandidatePool::slide_selected() {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
     }
-    if (selected.log_odds < least_log_odds_ || is_mostly_claimed(selected.evidence)) {
-      continue;
-    }
+    if (is_doubtful(selected) || is_mostly_claimed(selected.evidence)) continue;
     gatherer.explained_pixels(selected.pixels);
     for (const int pixel : selected.pixels) claims[static_cast<std::size_t>(pixel)] = claimant;
     standing.push_back(std::move(selected));

@@ -28,8 +28,8 @@ class CandidatePool {
   /// coplanar pairs.
   void add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide);
 
-  /// Picks the consistent set among all candidates so far, best first: greedily between rounds,
-  /// with exchanges in the end.
+  /// Picks the consistent set among all candidates so far, best first: what is clearly right
+  /// between rounds, in the end what is right for all that can be said about it.
   const std::vector<SelectedCandidate>& select(bool is_last = false);
 
   /// Moves the selected candidates along directions that their points leave open to where the
@@ -49,6 +49,10 @@ class CandidatePool {
   [[nodiscard]] const std::vector<FeatureVector>& decided_features() const noexcept {
     return decided_;
   }
+  /// That a selected candidate is right.
+  [[nodiscard]] double detection_log_odds(const SelectedCandidate& selected) const {
+    return acceptance_.log_odds_in_set(selected.log_odds, selected.margin);
+  }
   /// How many candidates would stand alone.
   [[nodiscard]] int accepted() const;
   [[nodiscard]] const SensorEstimate& sensor() const noexcept { return sensor_; }
@@ -58,6 +62,7 @@ class CandidatePool {
  private:
   void verify(const std::vector<Hypothesis>& hypotheses, bool slide);
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
+  [[nodiscard]] bool is_doubtful(const SelectedCandidate& selected) const;
   void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
                            const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
   [[nodiscard]] PixelClaims claims_of_selected() const;
@@ -70,7 +75,6 @@ class CandidatePool {
   double facing_visibility_;
   int jobs_;
   double dilation_ = 0.0;
-  double least_log_odds_ = 0.0;    // of a detection
   std::vector<Hypothesis> tried_;  // aligned poses that were compared before
   std::vector<Candidate> candidates_;
   JudgementMemory judgements_;

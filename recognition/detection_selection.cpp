@@ -15,16 +15,23 @@ constexpr double kWithinReach = 4.0;      // log odds that neighbours' claims ma
 constexpr double kWorthExchanging = 1.0;  // log odds that an exchange must gain
 constexpr std::size_t kMostExchanges = 8;
 constexpr double kSameObject = 0.1;  // of the diameter
-// Where nearly all smooth surface off the supports is explained, hardly anything is left that a
-// model could be mistaken for: there, what is more likely right than wrong is right.
-// (Cross-validated in calibration: nothing wrong above these odds in about 60 piles of known
-// objects, in one of five with foreign ones.)
-constexpr double kMostlyExplained = 0.85;
-constexpr double kLeastAmongKnown = 0.0;  // log odds
+constexpr double kEvenOdds = 0.0;
 
 double sum_of_log_odds(const std::vector<SelectedCandidate>& selected) {
   return std::accumulate(selected.begin(), selected.end(), 0.0,
                          [](double sum, const auto& s) { return sum + s.log_odds; });
+}
+
+double sum_of_gains(const std::vector<SelectedCandidate>& selected) {
+  return std::accumulate(selected.begin(), selected.end(), 0.0, [](double sum, const auto& s) {
+    return sum + std::max(s.log_odds, kEvenOdds);
+  });
+}
+
+std::vector<SelectedCandidate> best_first(std::vector<SelectedCandidate> selected) {
+  std::stable_sort(selected.begin(), selected.end(),
+                   [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
+  return selected;
 }
 
 }  // namespace
@@ -144,14 +151,18 @@ SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelCl
 }
 
 /// Takes candidates best first, those of `first` before all others, each judged beside the ones
-/// taken before.
-DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::size_t>& first) {
+/// taken before; none that is the same object as `without`.
+DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::size_t>& first,
+                                                      std::optional<std::size_t> without) {
   PixelClaims& claims = claims_;
   claims.resize(scene_.pixels().size(), -1);
   std::vector<double> log_odds = alone_;
   std::vector<char> is_stale(candidates_.size(), 0);
   std::vector<char> is_open(candidates_.size(), 1);
   Choice choice{{}, alone_features_};
+  for (std::size_t i = 0; without && i < candidates_.size(); ++i) {
+    if (is_same_object(i, *without)) is_open[i] = 0;
+  }
   const auto take = [&](SelectedCandidate judged) {
     const std::size_t i = judged.candidate;
     for (const int pixel : judged.pixels) {
@@ -229,37 +240,34 @@ void DetectionSelection::exchange(Choice& choice) {
   }
 }
 
-double DetectionSelection::explained_share(const std::vector<SelectedCandidate>& selected) const {
-  const auto is_smooth = [&](const ScenePixel& pixel) {
-    return pixel.depth > 0.0f && (pixel.flags & ScenePixel::kNormal) != 0;
-  };
-  std::size_t explained = 0;
-  for (const SelectedCandidate& s : selected) {
-    for (const int pixel : s.pixels) {
-      if (is_smooth(scene_.pixel(pixel))) ++explained;
+/// How much each of the set would be missed: the others take its place as far as they can, or the
+/// choice begins anew without it. What is less likely right than wrong takes nobody's place.
+void DetectionSelection::find_margins(std::vector<SelectedCandidate>& selected) {
+  const double least = std::exchange(least_log_odds_, kEvenOdds);
+  const double all = sum_of_gains(selected);
+  for (SelectedCandidate& member : selected) {
+    std::vector<std::size_t> others;
+    for (const SelectedCandidate& other : selected) {
+      if (other.candidate != member.candidate) others.push_back(other.candidate);
     }
+    const double kept = sum_of_gains(choose(others, member.candidate).selected);
+    const double anew = sum_of_gains(choose({}, member.candidate).selected);
+    member.margin = all - std::max(kept, anew);
   }
-  const auto all = std::count_if(scene_.pixels().begin(), scene_.pixels().end(), is_smooth);
-  return static_cast<double>(explained) / static_cast<double>(std::max<std::ptrdiff_t>(all, 1));
+  least_log_odds_ = least;
 }
 
-std::vector<SelectedCandidate> DetectionSelection::select(bool with_exchanges) {
-  if (with_exchanges) {
-    const double strict = least_log_odds_;
-    least_log_odds_ = std::min(strict, kLeastAmongKnown);
-    choice_ = choose({});
-    if (explained_share(choice_.selected) <= kMostlyExplained) {
-      least_log_odds_ = strict;
-      choice_ = choose({});
-    }
-    exchange(choice_);
-  } else {
-    choice_ = choose({});
-  }
-  std::vector<SelectedCandidate> selected = std::move(choice_.selected);
-  std::stable_sort(selected.begin(), selected.end(),
-                   [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
-  return selected;
+std::vector<SelectedCandidate> DetectionSelection::select_clear() {
+  choice_ = choose({});
+  return best_first(std::move(choice_.selected));
+}
+
+std::vector<SelectedCandidate> DetectionSelection::select_best() {
+  least_log_odds_ = std::min(least_log_odds_, kEvenOdds);
+  choice_ = choose({});
+  exchange(choice_);
+  find_margins(choice_.selected);
+  return best_first(std::move(choice_.selected));
 }
 
 }  // namespace binpick

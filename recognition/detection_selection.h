@@ -28,6 +28,7 @@ struct SelectedCandidate {
   HypothesisEvidence evidence;
   FeatureVector features{};
   double log_odds = 0.0;
+  double margin = 0.0;      ///< once the set is final: what the best set without it lacks, log odds
   std::vector<int> pixels;  ///< which it explains, working resolution, ascending
 };
 
@@ -63,18 +64,18 @@ class DetectionSelection {
                      const SensorEstimate& sensor, const AcceptanceModel& acceptance,
                      std::span<const Candidate> candidates, JudgementMemory memory = {});
 
-  /// Best first, by greedy choice alone or with single exchanges after it. Deterministic.
-  [[nodiscard]] std::vector<SelectedCandidate> select(bool with_exchanges = true);
+  /// Best first, of what is clearly right, by greedy choice: for the search for more.
+  [[nodiscard]] std::vector<SelectedCandidate> select_clear();
+  /// Best first, of what is more likely right than wrong, by greedy choice and single exchanges
+  /// after it; each with its margin.
+  [[nodiscard]] std::vector<SelectedCandidate> select_best();
 
-  /// After select(): the features on which the decision about each candidate fell, beside those
+  /// After a selection: the features on which the decision about each candidate fell, beside those
   /// chosen before it.
   [[nodiscard]] const std::vector<FeatureVector>& decided_features() const {
     return choice_.decided;
   }
   [[nodiscard]] double dilation() const noexcept { return dilation_; }
-  /// After select(): what the log odds of a detection had to reach. Less where the others
-  /// explain nearly all that there is.
-  [[nodiscard]] double least_log_odds() const noexcept { return least_log_odds_; }
   /// For the next selection among these candidates and more.
   [[nodiscard]] JudgementMemory release_memory() { return std::move(memory_); }
 
@@ -88,7 +89,8 @@ class DetectionSelection {
     std::vector<SelectedCandidate> selected;
     std::vector<FeatureVector> decided;
   };
-  [[nodiscard]] Choice choose(const std::vector<std::size_t>& first);
+  [[nodiscard]] Choice choose(const std::vector<std::size_t>& first,
+                              std::optional<std::size_t> without = std::nullopt);
   [[nodiscard]] SelectedCandidate judge(std::size_t candidate, const PixelClaims& claims,
                                         const std::vector<SelectedCandidate>& chosen);
   [[nodiscard]] const JudgedCandidate::Judgement& look_at(
@@ -99,15 +101,14 @@ class DetectionSelection {
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
   [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const;
   void exchange(Choice& choice);
-  /// Share of the smooth surface off the supports.
-  [[nodiscard]] double explained_share(const std::vector<SelectedCandidate>& selected) const;
+  void find_margins(std::vector<SelectedCandidate>& selected);
 
   std::span<const RecognitionModel> models_;
   const ObservedScene& scene_;
   const AcceptanceModel& acceptance_;
   std::span<const Candidate> candidates_;
   double dilation_;
-  double least_log_odds_;
+  double least_log_odds_;  // of whoever is chosen
   EvidenceGatherer gatherer_;
   JudgementMemory memory_;
   PixelClaims claims_;  // none but while a set is chosen

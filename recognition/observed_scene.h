@@ -68,7 +68,8 @@ struct SceneScale {
 };
 
 /// The scene S in camera coordinates, prepared for Algorithm 1: range image at working resolution,
-/// octree and S*, support planes and normals. Immutable, thread-safe.
+/// octree and S*, support planes and normals. Threads share it freely between calls of
+/// set_explained().
 class ObservedScene {
  public:
   ObservedScene(const RangeImage& image, const SceneScale& scale, int jobs, Seed seed);
@@ -77,6 +78,10 @@ class ObservedScene {
   [[nodiscard]] const std::vector<ScenePixel>& pixels() const noexcept { return pixels_; }
   [[nodiscard]] const ScenePixel& pixel(int index) const {
     return pixels_[static_cast<std::size_t>(index)];
+  }
+  /// The pixels as hypotheses are searched in them: what is explained lies on a support plane.
+  [[nodiscard]] const std::vector<ScenePixel>& searched_pixels() const noexcept {
+    return searched_pixels_;
   }
   /// The leaf of the octree that a pixel's point lies in, or -1.
   [[nodiscard]] int leaf_of_pixel(int index) const {
@@ -99,6 +104,16 @@ class ObservedScene {
     return reliable_[static_cast<std::size_t>(leaf)] != 0;
   }
 
+  /// Whether a point pair may have the leaf: off the support planes and not explained.
+  [[nodiscard]] bool is_open(int leaf) const {
+    return is_open_[static_cast<std::size_t>(leaf)] != 0;
+  }
+
+  /// Takes what objects explain, in pixels of the working resolution, out of the search for more of
+  /// them: like a support plane it hides and stops what lies behind, but has no point pairs and
+  /// agrees with no model. Replaces what was explained before.
+  void set_explained(const std::vector<int>& pixels);
+
   /// Noise of the depth along the surface normal, measured as the deviation of small patches from
   /// planes, m.
   [[nodiscard]] float noise() const noexcept { return noise_; }
@@ -117,11 +132,13 @@ class ObservedScene {
   Projection projection_;
   Timings timings_;
   std::vector<ScenePixel> pixels_;
+  std::vector<ScenePixel> searched_pixels_;
   std::vector<std::int32_t> leaf_of_pixel_;
   SceneOctree octree_;
   std::vector<SupportPlane> planes_;
   std::vector<int> object_leaves_;
   std::vector<std::uint8_t> on_support_;
+  std::vector<std::uint8_t> is_open_;
   std::vector<std::uint8_t> reliable_;
   std::vector<Eigen::Vector3f> normals_;
   float noise_ = 0.0f;

@@ -22,7 +22,7 @@ struct View {
       : R(T_camera_model.linear()),
         t(T_camera_model.translation()),
         camera(observed.projection()),
-        pixels(observed.pixels().data()),
+        pixels(observed.searched_pixels().data()),
         inverse_fx(1.0f / camera.fx),
         inverse_fy(1.0f / camera.fy) {}
 

@@ -127,6 +127,15 @@ class Run {
     return {scene_.octree().point(leaf), scene_.normal(leaf)};
   }
 
+  /// Leaves that an oriented point pair may begin with.
+  [[nodiscard]] std::vector<int> sampled_leaves() const {
+    std::vector<int> leaves;
+    for (const int leaf : scene_.object_leaves()) {
+      if (scene_.is_open(leaf) && scene_.normal_is_reliable(leaf)) leaves.push_back(leaf);
+    }
+    return leaves;
+  }
+
   void recognize_as_printed();
   void recognize_in_rounds();
   void keep_considered(const CandidatePool& pool);
@@ -151,7 +160,7 @@ std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
   // If this p_v makes no pair of the wanted kind, another may.
   int draws = kind == PairKind::kAny ? 1 : 4;
   shell_.visit_in_random_order(leaf_u, random, [&](int leaf_v) {  // lines 6-7
-    if (scene_.on_support(leaf_v)) return false;
+    if (!scene_.is_open(leaf_v)) return false;
     if (kind != PairKind::kAny && !scene_.normal_is_reliable(leaf_v)) return false;
     const OrientedPoint v = oriented_point(leaf_v);
     const bool is_flat = kind != PairKind::kAny && is_coplanar(pair_descriptor(u, v));
@@ -250,8 +259,9 @@ void Run::recognize_as_printed() {
   add_time("refine", watch.lap());
 }
 
-/// Algorithm 1 in rounds: what a round explains is not sampled again, and its hypotheses are
-/// clustered, aligned and verified by rendering before conflicts are removed.
+/// Algorithm 1 in rounds: the hypotheses of a round are clustered, aligned and verified by
+/// rendering before conflicts are removed, and the next one searches what the detections so far
+/// leave unexplained: on the small rest of a pile, few pairs hit what the first round missed.
 void Run::recognize_in_rounds() {
   Stopwatch watch;
   const auto& models = library_.models();
@@ -272,25 +282,19 @@ void Run::recognize_in_rounds() {
   const AcceptanceModel& acceptance =
       options_.acceptance != nullptr ? *options_.acceptance : calibrated_acceptance();
   CandidatePool pool(library_, scene_, acceptance, options_.visibility, options_.jobs);
-  std::vector<int> sampled;
-  for (const int leaf : scene_.object_leaves()) {
-    if (scene_.normal_is_reliable(leaf)) sampled.push_back(leaf);
-  }
-  std::vector<std::uint8_t> is_explained(static_cast<std::size_t>(scene_.octree().size()), 0);
+  std::vector<int> sampled = sampled_leaves();
   const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
     std::vector<Hypothesis> solutions = generate_and_test(sampled, count, seed, mu, kind);
     add_time("generate_and_test", watch.lap());
     pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
     add_time("verify", watch.lap());
+    std::vector<int> explained;
     for (const SelectedCandidate& candidate : pool.select()) {
-      for (const int pixel : candidate.pixels) {
-        const int leaf = scene_.leaf_of_pixel(pixel);
-        if (leaf >= 0) is_explained[static_cast<std::size_t>(leaf)] = 1;
-      }
+      explained.insert(explained.end(), candidate.pixels.begin(), candidate.pixels.end());
     }
-    std::erase_if(sampled,
-                  [&](int leaf) { return is_explained[static_cast<std::size_t>(leaf)] != 0; });
+    scene_.set_explained(explained);
+    sampled = sampled_leaves();
     add_time("select", watch.lap());
   };
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
@@ -304,6 +308,7 @@ void Run::recognize_in_rounds() {
     sample_round(kMostRounds + round, kFlatIterations, PairKind::kFlat, kFlatClusters);
     if (round > 0 && pool.selected().size() == before) break;
   }
+  scene_.set_explained({});
   pool.select(/*is_last=*/true);
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = static_cast<int>(pool.candidates().size());
@@ -325,7 +330,7 @@ void Run::recognize_in_rounds() {
            options_.refine ? refined[i].T_camera_model : objects[i].T_camera_model.cast<double>(),
            static_cast<int>(leaves_of(scene_, selected.pixels).size()));
     result_.detections.back().covariance = refined[i].covariance;
-    result_.detections.back().confidence = probability(selected.log_odds);
+    result_.detections.back().confidence = probability(pool.detection_log_odds(selected));
   }
   add_time("refine", watch.lap());
 }
@@ -333,13 +338,15 @@ void Run::recognize_in_rounds() {
 void Run::keep_considered(const CandidatePool& pool) {
   for (std::size_t i = 0; i < pool.candidates().size(); ++i) {
     const Candidate& candidate = pool.candidates()[i];
-    const bool is_selected =
-        std::any_of(pool.selected().begin(), pool.selected().end(),
-                    [&](const SelectedCandidate& s) { return s.candidate == i; });
+    const auto selected =
+        std::find_if(pool.selected().begin(), pool.selected().end(),
+                     [&](const SelectedCandidate& s) { return s.candidate == i; });
+    const bool is_selected = selected != pool.selected().end();
     result_.considered.push_back({library_.models()[static_cast<std::size_t>(candidate.model)].name,
                                   candidate.T_camera_model.cast<double>(),
                                   candidate.T_camera_model.cast<double>(), candidate.evidence,
-                                  pool.decided_features()[i], is_selected});
+                                  pool.decided_features()[i], is_selected ? selected->margin : 0.0,
+                                  is_selected});
   }
 }
 

@@ -43,6 +43,7 @@ struct ConsideredHypothesis {
   Eigen::Isometry3d T_scene_model = Eigen::Isometry3d::Identity();  ///< as detections' poses
   HypothesisEvidence evidence;                                      ///< alone
   FeatureVector features{};  ///< on which the decision fell, beside what was selected before it
+  double margin = 0.0;       ///< of a selected one: what the best set without it lacks, log odds
   bool is_selected = false;
 };
 

@@ -30,7 +30,7 @@ namespace {
 
 constexpr double kRidge = 1.0;
 constexpr double kRightPose = 0.1;  // MSSD below this share of the diameter
-constexpr double kWrongPose = 0.2;  // and above this one: what lies between teaches nothing
+constexpr double kWrongPose = 0.2;  // above this one; what lies between teaches features nothing
 // Visible surface discrepancy, with 0.05 diameters of tolerance, below which a view does not tell
 // two poses apart (an upright and an upturned cup): no labels either.
 constexpr double kLooksAlike = 0.2;
@@ -40,7 +40,7 @@ constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
 // Wrong detections per frame at the threshold. Five times the demand on piles of known objects, for
 // three quarters of the calibration's scans are harsh or full of foreign objects, and all but a few
 // of the wrong detections come from there.
-constexpr double kMostFalse = 0.05;
+constexpr double kMostFalse = 0.1;
 
 struct Arguments {
   int scenes = 300;
@@ -126,15 +126,22 @@ class Calibration {
         seen[nearest.instance].was_candidate = true;
         seen[nearest.instance].is_selected |= considered.is_selected;
       }
-      if (!is_right && (nearest.distance < kWrongPose ||
-                        looks_alike(considered, frame, libraries_[recipe.set]->models()))) {
+      const bool is_slid = !is_right && nearest.distance < kWrongPose;
+      if (!is_right && !is_slid &&
+          looks_alike(considered, frame, libraries_[recipe.set]->models())) {
         continue;
       }
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
-      rows.candidates.push_back({considered.features, is_right, kCandidateWeight, index});
+      const LabelledFeatures row{considered.features, considered.margin, is_right, 0.0, index};
+      if (!is_slid) {
+        rows.candidates.push_back(row);
+        rows.candidates.back().weight = kCandidateWeight;
+      }
       if (!considered.is_selected) continue;
-      rows.selected.push_back({considered.features, is_right, 1.0, index});
+      // As a detection it is wrong.
+      rows.selected.push_back(row);
+      rows.selected.back().weight = is_slid ? 0.0 : 1.0;
     }
     for (std::size_t i = 0; i < instances; ++i) {
       if (!frame.scene.instances[i].in_frame) continue;
@@ -225,7 +232,8 @@ std::vector<JudgedRow> cross_validate(const std::vector<LabelledFeatures>& rows,
     }
     const AcceptanceModel model = fit_acceptance(others, kRidge);
     for (const LabelledFeatures& row : judged) {
-      if (row.scan % kFolds == fold) result.push_back({model.log_odds(row.features), row.is_right});
+      if (row.scan % kFolds != fold) continue;
+      result.push_back({model.log_odds(row.features), row.margin, row.is_right});
     }
   }
   return result;
@@ -302,7 +310,8 @@ std::vector<JudgedRow> judge(const AcceptanceModel& model,
                              const std::vector<LabelledFeatures>& rows) {
   std::vector<JudgedRow> judged;
   for (const LabelledFeatures& row : rows) {
-    judged.push_back({model.log_odds(row.features), row.is_right});
+    judged.push_back({model.log_odds_in_set(model.log_odds(row.features), row.margin), row.margin,
+                      row.is_right});
   }
   return judged;
 }
@@ -310,8 +319,8 @@ std::vector<JudgedRow> judge(const AcceptanceModel& model,
 void write_rows(const std::filesystem::path& path, const std::vector<LabelledFeatures>& rows) {
   std::ofstream file(path);
   for (const LabelledFeatures& row : rows) {
-    file << fmt::format("{},{},{:d},{}", row.scan, recipe_of(row.scan).variant, row.is_right,
-                        row.weight);
+    file << fmt::format("{},{},{:d},{},{:.5g}", row.scan, recipe_of(row.scan).variant, row.is_right,
+                        row.weight, row.margin);
     for (const double value : row.features) file << fmt::format(",{:.5g}", value);
     file << '\n';
   }
@@ -338,9 +347,10 @@ std::string source_of(const AcceptanceModel& model, const Arguments& arguments) 
         t.bends[1], t.bends[2]);
   }
   text += fmt::format(
-      "    }}}},\n    .least_probability = {:.6g},\n  }};\n  return model;\n}}\n\n"
-      "}}  // namespace binpick\n// clang-format on\n",
-      model.least_probability);
+      "    }}}},\n    .in_set = {{{:.6g}, {:.6g}, {:.6g}}},\n    .least_probability = "
+      "{:.6g},\n"
+      "  }};\n  return model;\n}}\n\n}}  // namespace binpick\n// clang-format on\n",
+      model.in_set.bias, model.in_set.log_odds, model.in_set.margin, model.least_probability);
   return text;
 }
 
@@ -356,7 +366,8 @@ int calibrate(int argc, char** argv) {
   app.add_option("--out", arguments.out,
                  "source file to write, recognition/acceptance_weights.cpp");
   app.add_option("--rows", arguments.rows,
-                 "CSV of what the model was fitted to: scan, variant, right, weight, features");
+                 "CSV of what the model was fitted to: scan, variant, right, weight, margin, "
+                 "features");
   CLI11_PARSE(app, argc, argv);
   // Master seeds 900 to 949 are calibration's alone; nothing else is tuned or reported on them.
   constexpr Seed kFirstMaster = 900;
@@ -384,6 +395,8 @@ int calibrate(int argc, char** argv) {
     const Recalibration recalibration = recalibration_of(judged);
     recalibration.apply(model);
     for (JudgedRow& row : judged) row.log_odds = recalibration.a * row.log_odds + recalibration.b;
+    model.in_set = fit_in_set(judged);
+    for (JudgedRow& row : judged) row.log_odds = model.log_odds_in_set(row.log_odds, row.margin);
     model.least_probability = threshold_for(judged, arguments.scenes);
     fmt::print("pass {}: {} hypotheses, {} selected, least probability {:.3f}; cross-validated\n",
                pass + 1, rows.size(), selected.size(), model.least_probability);

@@ -21,7 +21,7 @@ namespace {
 constexpr std::array<const char*, kFeatures> kFeatureNames = {
     "evidence",   "typical",    "matched", "bad_normal", "through",     "through_rim", "near_occl",
     "claimed",    "continued",  "edges",   "missed",     "edge_offset", "spread",      "res_bias",
-    "res_spread", "normal_err", "faces",   "unseen",     "fixed"};
+    "res_spread", "normal_err", "faces",   "unseen",     "fixed",       "resolution"};
 
 /// The scene as the recognizer sees it.
 struct View {

@@ -9,6 +9,7 @@ namespace binpick::testing {
 /// A hypothesis whose truth is known.
 struct LabelledFeatures {
   FeatureVector features{};
+  double margin = 0.0;  ///< of a selected one
   bool is_right = false;
   double weight = 1.0;
   int scan = 0;  ///< rows of one scan are alike and stay together
@@ -25,6 +26,7 @@ struct LabelledFeatures {
 /// Log odds that a model gave to a row that it had not seen.
 struct JudgedRow {
   double log_odds = 0.0;
+  double margin = 0.0;  ///< in the chosen set
   bool is_right = false;
 };
 
@@ -38,5 +40,8 @@ struct Recalibration {
 
 /// The a, b under which the rows are most likely (Platt 1999).
 [[nodiscard]] Recalibration recalibration_of(const std::vector<JudgedRow>& rows);
+
+/// The same with the margin in the chosen set; neither may speak for doubt.
+[[nodiscard]] AcceptanceModel::InSet fit_in_set(const std::vector<JudgedRow>& rows);
 
 }  // namespace binpick::testing
