@@ -108,8 +108,10 @@ class Canvas {
 
   void draw_mark(double x, const std::string& label) {
     line(x_of(x), kTop, x_of(x), kHeight - kBottom, "class=\"mark\"");
+    // Rates fall from left to right: right of a mark there is room above them, left of it below.
     const bool left = x_of(x) < 0.7 * kWidth;
-    text(x_of(x) + (left ? 3.0 : -3.0), kTop + 8.0, left ? "start" : "end", label);
+    text(x_of(x) + (left ? 3.0 : -3.0), left ? kTop + 8.0 : kHeight - kBottom - 5.0,
+         left ? "start" : "end", label);
   }
 
   void draw_line(const XyPlot::Line& each) {
