@@ -99,3 +99,9 @@ fault retreat-into-the-obstacle control/collision_reaction.cpp \
 fault wrist-not-flipped control/inverse_kinematics.cpp \
   's/std::swap\(wrist\.upright\[0\], wrist\.flipped\[0\]\);//' \
   control_tests 'InverseKinematicsTest.EveryBranchReachesThePoseWithinLimitsAtTheWantedSwivel'
+fault speed-barrier-learns-late control/arm_controller.cpp \
+  's/observer_\.unfiltered\(\)/status_.residual/' \
+  experiments_tests 'ContactTrial.NoBlowDrivesARigidJointBeyondItsLimits'
+fault drives-out-of-step sim/elastic_drives.cpp \
+  's/lead_ = 0\.5 \* \(duration - h\);/lead_ = 0.0;/' \
+  sim_tests 'ElasticDrives.LongStepsNeitherDampNorDriveTheSprings'
