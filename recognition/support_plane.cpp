@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 
 #include "recognition/parallel_for.h"
@@ -195,10 +196,43 @@ std::optional<SupportPlane> draw_best_plane(const PointArrays& points, double ba
   return best;
 }
 
-/// The convex outline of the plane's points as the sensor sees them (monotone chain).
-std::vector<Eigen::Vector2d> outline(const std::vector<Eigen::Vector3d>& points) {
-  std::vector<Eigen::Vector2d> seen;
-  for (const Eigen::Vector3d& p : points) seen.emplace_back(p.x() / p.z(), p.y() / p.z());
+/// Where the sensor sees the points, at most about `most` of them. Left out are those that are few
+/// in their part of the image: where a rim is blurred into what lies behind it, single points come
+/// to lie on any plane, and a convex outline would reach out to them.
+std::vector<Eigen::Vector2d> seen_densely(const PointArrays& points, std::size_t most) {
+  constexpr int kCells = 24;        // along each side
+  constexpr double kSparse = 0.25;  // of the median
+  std::vector<Eigen::Vector2d> seen(points.size());
+  Eigen::AlignedBox2d box;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d p = points.p(i);
+    seen[i] = {p.x() / p.z(), p.y() / p.z()};
+    box.extend(seen[i]);
+  }
+  const Eigen::Array2d cell_size = box.sizes().array().max(1e-9) / double{kCells};
+  const auto cell_of = [&](const Eigen::Vector2d& p) {
+    const Eigen::Array2i at =
+        ((p - box.min()).array() / cell_size).cast<int>().min(Eigen::Array2i::Constant(kCells - 1));
+    return static_cast<std::size_t>(at.y() * kCells + at.x());
+  };
+  std::vector<int> counts(kCells * kCells, 0);
+  for (const Eigen::Vector2d& p : seen) ++counts[cell_of(p)];
+  std::vector<int> filled;
+  std::copy_if(counts.begin(), counts.end(), std::back_inserter(filled),
+               [](int count) { return count > 0; });
+  const auto middle = filled.begin() + static_cast<std::ptrdiff_t>(filled.size() / 2);
+  std::nth_element(filled.begin(), middle, filled.end());
+  const double least = kSparse * static_cast<double>(*middle);
+  std::vector<Eigen::Vector2d> dense;
+  const std::size_t stride = points.size() / most + 1;
+  for (std::size_t i = 0; i < seen.size(); i += stride) {
+    if (counts[cell_of(seen[i])] >= least) dense.push_back(seen[i]);
+  }
+  return dense;
+}
+
+/// The convex outline of what the sensor sees (monotone chain).
+std::vector<Eigen::Vector2d> outline(std::vector<Eigen::Vector2d> seen) {
   std::sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) {
     return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
   });
@@ -235,7 +269,7 @@ double share_behind(const SupportPlane& plane, const PointArrays& on_plane,
                     const PointArrays& points, int jobs) {
   // Along the ragged rim of a table one sees past it: the outline is shrunk a little.
   constexpr double kShrunk = 0.94;
-  const std::vector<Eigen::Vector2d> hull = outline(thinned(on_plane, kOutlinePoints));
+  const std::vector<Eigen::Vector2d> hull = outline(seen_densely(on_plane, kOutlinePoints));
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   for (const Eigen::Vector2d& corner : hull) middle += corner / static_cast<double>(hull.size());
   const auto limit = static_cast<float>(-3.0 * plane.tolerance);

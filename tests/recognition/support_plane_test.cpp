@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "models/random.h"
@@ -63,6 +64,27 @@ TEST(SupportPlane, CoplanarBoxTopsAreNoTable) {
     EXPECT_LT(plane.height({0.16, 0.0, 0.9}), 1.0);
     EXPECT_GT(plane.height({0.16, 0.0, 0.9}), plane.tolerance) << "a box top was taken for support";
   }
+}
+
+TEST(SupportPlane, StrayPointsBesideATableDoNotMakeTheFloorBehindIt) {
+  // Beyond the table's far edge one sees the floor; a few blurred points there lie in the table's
+  // plane by chance.
+  Random random(6);
+  std::vector<Eigen::Vector3f> points;
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
+  add_rectangle(points, {0.0, 0.1, 0.9}, 0.8 * x, 0.4 * y, 0.003, random);
+  add_rectangle(points, {0.0, -0.45, 1.6}, 1.4 * x, 0.5 * y, 0.005, random);
+  for (int i = 0; i < 60; ++i) {
+    points.push_back(
+        Eigen::Vector3d(random.uniform(-0.4, 0.4), random.uniform(-0.3, -0.1), 0.9).cast<float>());
+  }
+  const auto planes = find_support_planes(SceneOctree(points, kLeaf), options(), 7);
+  ASSERT_FALSE(planes.empty());
+  const bool has_table = std::any_of(planes.begin(), planes.end(), [](const SupportPlane& plane) {
+    return std::abs(plane.height({0.0, 0.1, 0.9})) < plane.tolerance;
+  });
+  EXPECT_TRUE(has_table);
 }
 
 TEST(SupportPlane, ASmallFaceIsNoSupport) {
