@@ -17,6 +17,9 @@ constexpr float kLeavesOutward = 1.6f;  // and this many leaves beyond the silho
 constexpr float kSteepest = 5.0f;       // tangent of the slant at which a surface may go on
 constexpr float kContinuedBand = 1.5f;  // limits
 constexpr float kStepBand = 3.0f;       // limits
+constexpr float kSmoothStep = 0.8f;     // 37 degrees between neighbours: normals are noisy
+constexpr float kSmoothTurn = 0.7f;     // 46 degrees in all: less than at most creases
+constexpr int kBeyond = 3;              // pixels outside the silhouette
 // A normal counts where those within this many leaves of it, the reach of the scene's normals, have
 // a mean not much shorter than 1: a cap of 45 degrees has 0.85.
 constexpr float kNormalReach = 1.5f;
@@ -204,7 +207,51 @@ class EvidencePass {
       walk_inwards(u, v, du, dv);
     } else if (verdict == Verdict::kMatched || verdict == Verdict::kBadNormal) {
       walk_outwards(u, v, du, dv);
+    } else if (verdict == Verdict::kNearOccluded || verdict == Verdict::kFarOccluded) {
+      walk_through(u, v, du, dv);
     }
+  }
+
+  /// From one pixel of the scene to its neighbour: is it the same smooth surface, nobody else's?
+  [[nodiscard]] bool goes_on(int u, int v, int du, int dv, float steepest) const {
+    const int to_u = u + du;
+    const int to_v = v + dv;
+    if (to_u < 0 || to_v < 0 || to_u >= projection_.width || to_v >= projection_.height) {
+      return false;
+    }
+    const int index = to_v * projection_.width + to_u;
+    const ScenePixel& from = scene_.pixel(v * projection_.width + u);
+    const ScenePixel& to = scene_.pixel(index);
+    return to.depth > 0.0f && (to.flags & ScenePixel::kSupport) == 0 && !is_claimed(index) &&
+           std::abs(to.depth - from.depth) < steepest &&
+           from.normal().dot(to.normal()) > kSmoothStep;
+  }
+
+  /// From a pixel of the silhouette that something in front hides. An occluder has an edge of its
+  /// own; a surface that goes smoothly on from where it matches, then in front of the model, to
+  /// beyond the silhouette is that of something larger.
+  void walk_through(int u, int v, int du, int dv) {
+    const float pixel = rules_.pixel_width * window_.depth[window_.index(u, v)];
+    const float steepest = kSteepest * pixel;
+    const auto goes_on_from = [&](int k, int direction) {
+      return goes_on(window_.u0 + u + k * du, window_.v0 + v + k * dv, direction * du,
+                     direction * dv, steepest);
+    };
+    int k = 0;
+    for (Verdict verdict = verdict_at(u, v);
+         verdict != Verdict::kMatched && verdict != Verdict::kBadNormal;
+         verdict = verdict_at(u + k * du, v + k * dv)) {
+      const bool is_in_front =
+          verdict == Verdict::kNearOccluded || verdict == Verdict::kFarOccluded;
+      if (!is_in_front || !goes_on_from(k, -1)) return;
+      --k;
+    }
+    const ScenePixel& matched = scene_.pixel(scene_index(u + k * du, v + k * dv));
+    for (k = 0; k < kBeyond; ++k) {
+      if (!goes_on_from(k, 1)) return;
+    }
+    const ScenePixel& beyond = scene_.pixel(scene_index(u + k * du, v + k * dv));
+    if (matched.normal().dot(beyond.normal()) > kSmoothTurn) ++evidence_.edges_continued;
   }
 
   void walk_inwards(int u, int v, int du, int dv) {

@@ -90,6 +90,39 @@ TEST_F(Evidence, AModelSmallerThanTheObjectSeesItGoOn) {
   EXPECT_GT(e.edges_continued, 0.15 * e.edges);
 }
 
+/// A standing cylinder whose nearest line is 0.75 m away.
+RecognitionModel cylinder(double radius) {
+  return make_recognition_model("cylinder", testing::make_prism(96, radius, 0.15), {});
+}
+Eigen::Isometry3f standing(float radius) {
+  Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+  T.translation().z() = 0.75f + radius;
+  T.linear() = Eigen::AngleAxisf(1.5707963f, Eigen::Vector3f::UnitX()).toRotationMatrix();
+  return T;
+}
+
+TEST_F(Evidence, AThinCylinderOnTheFrontOfAThickOneSeesItGoOn) {
+  const ObservedScene thick = observe(picture_of(cylinder(0.066), standing(0.066f)));
+  EvidenceGatherer gatherer(thick, sensor_);
+  const HypothesisEvidence e = gatherer.gather(cylinder(0.044), standing(0.044f));
+  EXPECT_GT(e.matched, 0.5 * e.rendered);
+  EXPECT_GT(e.edges_continued, 0.3 * e.edges);
+}
+
+TEST_F(Evidence, AnOccluderIsNoSurfaceThatGoesOn) {
+  RangeImage image = picture_of(cylinder(0.044), standing(0.044f));
+  Eigen::Isometry3f in_front = Eigen::Isometry3f::Identity();
+  in_front.translation() << 0.08f, 0.0f, 0.6f;  // hides the right side
+  const RangeImage occluder = picture_of(box(0.15), in_front);
+  std::transform(image.depth.begin(), image.depth.end(), occluder.depth.begin(),
+                 image.depth.begin(), [](float a, float b) { return std::min(a, b); });
+  const ObservedScene both = observe(image);
+  EvidenceGatherer gatherer(both, sensor_);
+  const HypothesisEvidence e = gatherer.gather(cylinder(0.044), standing(0.044f));
+  EXPECT_GT(e.far_occluded, 0.1 * e.rendered);
+  EXPECT_EQ(e.edges_continued, 0);
+}
+
 TEST_F(Evidence, AModelLargerThanTheObjectIsSeenThrough) {
   const RecognitionModel longer = box(0.20);
   const HypothesisEvidence e = gatherer_.gather(longer, tilted());
