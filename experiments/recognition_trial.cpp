@@ -7,6 +7,8 @@
 #include <chrono>
 #include <ctime>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "experiments/recognition_objects.h"
 #include "experiments/timing_turn.h"
@@ -121,7 +123,24 @@ void add_counts(const CleanView& view, const RecognitionJudgement& judgement,
   measures["false_positives"] = static_cast<double>(judgement.false_positives);
 }
 
-void decide(const CleanView& view, const RecognitionJudgement& judgement, TrialRecord& record) {
+/// What was wrongly found, where in the camera's frame, and how sure the recognizer was.
+std::string false_detections(const RecognitionJudgement& judgement,
+                             std::span<const Detection> detections) {
+  std::vector<std::string> wrong;
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    const bool is_right = std::any_of(judgement.matches.begin(), judgement.matches.end(),
+                                      [i](const auto& match) { return match.detection == i; });
+    if (is_right) continue;
+    const Detection& detection = detections[i];
+    const Eigen::Vector3d p = detection.T_scene_model.translation();
+    wrong.push_back(fmt::format("{} at ({:.3f}, {:.3f}, {:.3f}) m, confidence {:.2f}",
+                                detection.model, p.x(), p.y(), p.z(), detection.confidence));
+  }
+  return fmt::format("false: {}", fmt::join(wrong, "; "));
+}
+
+void decide(const CleanView& view, const RecognitionJudgement& judgement,
+            std::span<const Detection> detections, TrialRecord& record) {
   const std::map<std::string, double>& measures = record.measures;
   const double missed = measures.at("visible") - measures.at("visible_found");
   if (view.target >= 0) {
@@ -136,7 +155,7 @@ void decide(const CleanView& view, const RecognitionJudgement& judgement, TrialR
          fmt::format("{} of {} visible objects missed", missed, measures.at("visible")));
   } else if (judgement.false_positives > 0) {
     fail(record, TrialOutcome::kWrongPose, TrialStage::kRecognize,
-         fmt::format("{} false detections", judgement.false_positives));
+         false_detections(judgement, detections));
   }
 }
 
@@ -289,7 +308,7 @@ TrialRecord RecognitionTrial::run(const TrialContext& context) {
     record.measures["wall_s"] = wall.count();
     record.measures["cpu_s"] = cpu;
   }
-  decide(view, judgement, record);
+  decide(view, judgement, found.detections, record);
   return record;
 }
 
