@@ -227,9 +227,10 @@ class EvidencePass {
            from.normal().dot(to.normal()) > kSmoothStep;
   }
 
-  /// From a pixel of the silhouette that something in front hides. An occluder has an edge of its
-  /// own; a surface that goes smoothly on from where it matches, then in front of the model, to
-  /// beyond the silhouette is that of something larger.
+  /// From a pixel of the silhouette that something in front hides, or beside which something is in
+  /// front. An occluder or a neighbour has an edge of its own; a surface that goes smoothly on from
+  /// where it matches, then in front of the model, to beyond the silhouette is that of something
+  /// larger.
   void walk_through(int u, int v, int du, int dv) {
     const float pixel = rules_.pixel_width * window_.depth[window_.index(u, v)];
     const float steepest = kSteepest * pixel;
@@ -248,7 +249,8 @@ class EvidencePass {
     }
     const ScenePixel& matched = scene_.pixel(scene_index(u + k * du, v + k * dv));
     for (k = 0; k < kBeyond; ++k) {
-      if (!goes_on_from(k, 1)) return;
+      const bool is_notch = verdict_at(u + (k + 1) * du, v + (k + 1) * dv) != Verdict::kOutside;
+      if (is_notch || !goes_on_from(k, 1)) return;
     }
     const ScenePixel& beyond = scene_.pixel(scene_index(u + k * du, v + k * dv));
     if (matched.normal().dot(beyond.normal()) > kSmoothTurn) ++evidence_.edges_continued;
@@ -291,7 +293,7 @@ class EvidencePass {
       const float behind = seen.depth - std::clamp(plane, z - farthest, z + farthest);
       const float limit = std::sqrt(rules_.limit_squared(z, n_ray)) / std::max(-n_ray, 0.3f);
       if (behind > kStepBand * limit) return add_edge(u, v, du, dv, k - 1);
-      if (behind < -kContinuedBand * limit) return;  // an occluder or a neighbour in front
+      if (behind < -kContinuedBand * limit) return walk_through(u, v, du, dv);
       if ((seen.flags & ScenePixel::kSupport) != 0 || is_claimed(index)) return;
       reliable = (seen.flags & ScenePixel::kNormal) != 0;
       alike =
