@@ -41,7 +41,7 @@ class CoverageMask {
 
   /// Seven pixels of a row: bit i is column u - 3 + i.
   [[nodiscard]] unsigned seven_about(int u, int v) const {
-    const auto first = static_cast<std::size_t>(u - 3 + 64);  // from the word before the row's
+    const auto first = static_cast<std::size_t>(u) + 64 - 3;  // from the word before the row's
     const std::uint64_t* words = row(v) - 1 + first / 64;
     const std::size_t shift = first % 64;
     const std::uint64_t above = shift == 0 ? 0 : words[1] << (64 - shift);

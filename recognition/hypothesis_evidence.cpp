@@ -379,8 +379,9 @@ int EvidenceGatherer::matched_count(const PixelClaims& claims, std::int32_t clai
   int count = 0;
   std::size_t i = 0;
   for (int v = 0; v < rendered_->height; ++v) {
-    const std::int32_t* row =
-        claims.data() + (rendered_->v0 + v) * scene_.projection().width + rendered_->u0;
+    const std::int32_t* row = claims.data() +
+                              std::ptrdiff_t{rendered_->v0 + v} * scene_.projection().width +
+                              rendered_->u0;
     for (int u = 0; u < rendered_->width; ++u, ++i) {
       if (verdicts_[i] == Verdict::kMatched && (row[u] < 0 || row[u] == claimant)) ++count;
     }

@@ -200,8 +200,8 @@ std::optional<SupportPlane> draw_best_plane(const PointArrays& points, double ba
 /// in their part of the image: where a rim is blurred into what lies behind it, single points come
 /// to lie on any plane, and a convex outline would reach out to them.
 std::vector<Eigen::Vector2d> seen_densely(const PointArrays& points, std::size_t most) {
-  constexpr int kCells = 24;        // along each side
-  constexpr double kSparse = 0.25;  // of the median
+  constexpr std::size_t kCells = 24;  // along each side
+  constexpr double kSparse = 0.25;    // of the median
   std::vector<Eigen::Vector2d> seen(points.size());
   Eigen::AlignedBox2d box;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -209,11 +209,10 @@ std::vector<Eigen::Vector2d> seen_densely(const PointArrays& points, std::size_t
     seen[i] = {p.x() / p.z(), p.y() / p.z()};
     box.extend(seen[i]);
   }
-  const Eigen::Array2d cell_size = box.sizes().array().max(1e-9) / double{kCells};
+  const Eigen::Array2d cell_size = box.sizes().array().max(1e-9) / static_cast<double>(kCells);
   const auto cell_of = [&](const Eigen::Vector2d& p) {
-    const Eigen::Array2i at =
-        ((p - box.min()).array() / cell_size).cast<int>().min(Eigen::Array2i::Constant(kCells - 1));
-    return static_cast<std::size_t>(at.y() * kCells + at.x());
+    const Eigen::Array2d at = ((p - box.min()).array() / cell_size).min(kCells - 1.0);
+    return static_cast<std::size_t>(at.y()) * kCells + static_cast<std::size_t>(at.x());
   };
   std::vector<int> counts(kCells * kCells, 0);
   for (const Eigen::Vector2d& p : seen) ++counts[cell_of(p)];
