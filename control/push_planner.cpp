@@ -43,28 +43,31 @@ std::optional<Push> plan_push(const std::vector<Eigen::Vector3d>& surface, const
 
   const Eigen::Vector3d sideways = Eigen::Vector3d::UnitZ().cross(direction);
   const double low = layout.table_height + options.tip_height;
+  const auto push_at = [&](double tip_z, double lean) {
+    // The leaning fingers clear every point in their lane by the margin.
+    double back = 0.0;
+    for (const Eigen::Vector3d& p_world : surface) {
+      if (std::abs(sideways.dot(p_world - centre)) > options.lane) continue;
+      const double over = std::max(p_world.z() - tip_z, 0.0) * std::tan(lean);
+      back = std::max(back, over - direction.dot(p_world - centre));
+    }
+    back += options.margin;
+    Eigen::Vector3d p_tip = centre - back * direction;
+    p_tip.z() = tip_z;
+
+    Push push;
+    push.T_world_start.linear() = pushing_orientation(direction, lean);
+    const Eigen::Vector3d v_approach = push.T_world_start.linear().col(2);
+    push.T_world_start.translation() = p_tip - gripper.tip_beyond_tcp * v_approach;
+    push.T_world_before =
+        Eigen::Translation3d(-options.approach_distance * v_approach) * push.T_world_start;
+    push.T_world_end =
+        Eigen::Translation3d((options.margin + gain) * direction) * push.T_world_start;
+    return push;
+  };
   for (const double tip_z : {low, std::max(low, 0.5 * (layout.table_height + top))}) {
     for (const double lean_deg : {0.0, 10.0, 20.0, 30.0, 40.0, 50.0}) {
-      const double lean = lean_deg * kDegree;
-      // The leaning fingers clear every point in their lane by the margin.
-      double back = 0.0;
-      for (const Eigen::Vector3d& p_world : surface) {
-        if (std::abs(sideways.dot(p_world - centre)) > options.lane) continue;
-        const double over = std::max(p_world.z() - tip_z, 0.0) * std::tan(lean);
-        back = std::max(back, over - direction.dot(p_world - centre));
-      }
-      back += options.margin;
-      Eigen::Vector3d p_tip = centre - back * direction;
-      p_tip.z() = tip_z;
-
-      Push push;
-      push.T_world_start.linear() = pushing_orientation(direction, lean);
-      const Eigen::Vector3d v_approach = push.T_world_start.linear().col(2);
-      push.T_world_start.translation() = p_tip - gripper.tip_beyond_tcp * v_approach;
-      push.T_world_before =
-          Eigen::Translation3d(-options.approach_distance * v_approach) * push.T_world_start;
-      push.T_world_end =
-          Eigen::Translation3d((options.margin + gain) * direction) * push.T_world_start;
+      const Push push = push_at(tip_z, lean_deg * kDegree);
       if (feasible(push)) return push;
     }
   }
