@@ -113,6 +113,17 @@ class ManipulationAutomatonTest : public ::testing::Test {
     return automaton.run();
   }
 
+  /// Makes a second kind known that is like the cube, and sees one on top of it.
+  Detection add_lid() {
+    objects_.push_back(objects_[0]);
+    objects_[1].name = "lid";
+    for (Grasp& grasp : objects_[1].grasps) grasp.name += " of the lid";
+    layout_.places[0].objects.push_back("lid");
+    Detection lid = cube_at(0.5, 0.2);
+    lid.model = "lid";
+    return lid;
+  }
+
   std::vector<ObjectModel> objects_{cube()};
   CellLayout layout_ = layout();
   // Every pose can be reached; the first grasp needs no wrist, the second does.
@@ -309,12 +320,7 @@ TEST_F(ManipulationAutomatonTest, TheStrategyPrefersFingersWhereItHasSeenThatThe
 }
 
 TEST_F(ManipulationAutomatonTest, TheStrategyClearsAwayWhatStandsInTheWayOfTheWanted) {
-  objects_.push_back(objects_[0]);
-  objects_[1].name = "lid";
-  for (Grasp& grasp : objects_[1].grasps) grasp.name += " of the lid";
-  layout_.places[0].objects.push_back("lid");
-  Detection lid = cube_at(0.5, 0.2);
-  lid.model = "lid";
+  const Detection lid = add_lid();
   AutomatonOptions options;
   options.wanted_model = "cube";
   options.max_placed = 1;
@@ -333,12 +339,7 @@ TEST_F(ManipulationAutomatonTest, TheStrategyClearsAwayWhatStandsInTheWayOfTheWa
 }
 
 TEST_F(ManipulationAutomatonTest, TheStrategyPutsAwayWhatMayLieOverTheWanted) {
-  objects_.push_back(objects_[0]);
-  objects_[1].name = "lid";
-  for (Grasp& grasp : objects_[1].grasps) grasp.name += " of the lid";
-  layout_.places[0].objects.push_back("lid");
-  Detection lid = cube_at(0.5, 0.2);
-  lid.model = "lid";
+  const Detection lid = add_lid();
   AutomatonOptions options;
   options.wanted_model = "cube";
   options.max_placed = 1;
