@@ -340,18 +340,32 @@ Raster choose_camera(const Tangents& tangents, int jobs) {
   return raster;
 }
 
-/// Least of the positive depths of a row within `reach` pixels; infinite where there is none.
-void nearest_in_row(const float* depth, int width, int reach, float* nearest) {
+/// The least of the positive depths within `reach` pixels of each, in a square; infinite where
+/// there is none.
+std::vector<float> nearest_around(const std::vector<float>& depth, int width, int height, int reach,
+                                  int jobs) {
   constexpr float kNone = std::numeric_limits<float>::infinity();
-  std::vector<float> padded(static_cast<std::size_t>(width + 2 * reach), kNone);
-  for (int u = 0; u < width; ++u) {
-    padded[static_cast<std::size_t>(u + reach)] = depth[u] > 0.0f ? depth[u] : kNone;
-  }
-  std::fill(nearest, nearest + width, kNone);
-  for (int k = 0; k <= 2 * reach; ++k) {
-    const float* shifted = padded.data() + k;
-    for (int u = 0; u < width; ++u) nearest[u] = std::min(nearest[u], shifted[u]);
-  }
+  const auto padded_width = static_cast<std::size_t>(width + 2 * reach);
+  std::vector<float> nearest(depth.size());
+  parallel_chunks(height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
+    std::vector<float> column(padded_width);  // least of the rows, at each u
+    for (int v = begin; v < end; ++v) {
+      std::fill(column.begin(), column.end(), kNone);
+      for (int k = std::max(v - reach, 0); k <= std::min(v + reach, height - 1); ++k) {
+        const float* row = depth.data() + std::ptrdiff_t{k} * width;
+        float* least = column.data() + reach;
+        for (int u = 0; u < width; ++u)
+          least[u] = std::min(least[u], row[u] > 0.0f ? row[u] : kNone);
+      }
+      float* out = nearest.data() + std::ptrdiff_t{v} * width;
+      std::fill(out, out + width, kNone);
+      for (int k = 0; k <= 2 * reach; ++k) {
+        const float* shifted = column.data() + k;
+        for (int u = 0; u < width; ++u) out[u] = std::min(out[u], shifted[u]);
+      }
+    }
+  });
+  return nearest;
 }
 
 /// Takes away what is seen between the points of a nearer surface: pixels with much nearer ones
@@ -370,13 +384,6 @@ void remove_seen_through(RangeImage& image, int jobs) {
     const float other = depth[static_cast<std::size_t>(v * width + u)];
     return other > 0.0f && other < z - step * z;
   };
-  std::vector<float> nearest_by_row(depth.size());
-  parallel_chunks(height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      const std::ptrdiff_t row = std::ptrdiff_t{v} * width;
-      nearest_in_row(depth.data() + row, width, kReach, nearest_by_row.data() + row);
-    }
-  });
   const auto is_seen_through = [&](int u, int v, float z) {
     int lines = 0;
     for (const auto& [du, dv] : kLines) {
@@ -389,24 +396,15 @@ void remove_seen_through(RangeImage& image, int jobs) {
     }
     return lines >= 2;
   };
-  parallel_chunks(height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
-    std::vector<float> nearest(static_cast<std::size_t>(width));
-    for (int v = begin; v < end; ++v) {
-      std::fill(nearest.begin(), nearest.end(), std::numeric_limits<float>::infinity());
-      for (int k = std::max(v - kReach, 0); k <= std::min(v + kReach, height - 1); ++k) {
-        const float* row = nearest_by_row.data() + std::ptrdiff_t{k} * width;
-        for (int u = 0; u < width; ++u) {
-          nearest[static_cast<std::size_t>(u)] =
-              std::min(nearest[static_cast<std::size_t>(u)], row[u]);
-        }
-      }
-      for (int u = 0; u < width; ++u) {
-        float& z = image.depth[static_cast<std::size_t>(v * width + u)];
-        // Nearly nowhere is anything near enough: the lines need not be walked.
-        if (z > 0.0f && nearest[static_cast<std::size_t>(u)] < z - step * z &&
-            is_seen_through(u, v, z)) {
-          z = 0.0f;
-        }
+  const std::vector<float> nearest = nearest_around(depth, width, height, kReach, jobs);
+  const auto size = static_cast<int>(depth.size());
+  parallel_chunks(size, kChunk, jobs, [&](int, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const auto index = static_cast<std::size_t>(i);
+      const float z = depth[index];
+      // Nearly nowhere is anything near enough: the lines need not be walked.
+      if (z > 0.0f && nearest[index] < z - step * z && is_seen_through(i % width, i / width, z)) {
+        image.depth[index] = 0.0f;
       }
     }
   });
