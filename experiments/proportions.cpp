@@ -92,6 +92,10 @@ double regularized_upper_gamma(double a, double x) {
   return front * result;
 }
 
+Proportion operator+(const Proportion& a, const Proportion& b) {
+  return {a.successes + b.successes, a.trials + b.trials};
+}
+
 Interval wilson_interval(const Proportion& proportion) {
   if (proportion.trials == 0) return {0.0, 1.0};
   const auto n = static_cast<double>(proportion.trials);

@@ -16,6 +16,9 @@ struct Proportion {
   }
 };
 
+/// The trials of both.
+[[nodiscard]] Proportion operator+(const Proportion& a, const Proportion& b);
+
 /// Wilson's score interval at 95 % (Wilson 1927); [0, 1] without trials.
 [[nodiscard]] Interval wilson_interval(const Proportion& proportion);
 

@@ -13,42 +13,11 @@
 namespace binpick {
 namespace {
 
-constexpr std::size_t kMostMaps = 4;
-/// What a flat world has when the paper says nothing of these cells: its pooled 60 of 90.
-constexpr double kFlatRate = 2.0 / 3.0;
-
-Proportion operator+(const Proportion& a, const Proportion& b) {
-  return {a.successes + b.successes, a.trials + b.trials};
-}
-
-std::string name_of(const StiffnessPlane& plane) {
-  std::string name;
-  for (const auto& [axis, value] : plane.others) {
-    name += fmt::format("{}{} {}", name.empty() ? "" : ", ", axis, value);
-  }
-  return name.empty() ? "all trials" : name;
-}
-
-const char* word(StiffnessClaim::Verdict verdict) {
-  switch (verdict) {
-    case StiffnessClaim::Verdict::kConfirmed:
-      return "confirmed";
-    case StiffnessClaim::Verdict::kContradicted:
-      return "contradicted";
-    case StiffnessClaim::Verdict::kUndecided:
-      break;
-  }
-  return "undecided";
-}
-
 class StiffnessSection {
  public:
   StiffnessSection(const Experiment& experiment, const TrialTable& trials,
                    const ResultSummary& summary)
-      : config_(experiment.config()),
-        seed_(derive_seed(static_cast<Seed>(experiment.config().seed), "stiffness")),
-        summary_(summary),
-        planes_(stiffness_planes(experiment, trials)) {}
+      : experiment_(experiment), summary_(summary), planes_(stiffness_planes(experiment, trials)) {}
 
   std::string html() {
     if (planes_.empty()) return "";
@@ -70,8 +39,7 @@ class StiffnessSection {
 
   void add_map(const StiffnessPlane& plane) {
     html_ += "<div class=\"wide\"><table class=\"map\"><caption>Success in %: " +
-             html_escape(name_of(plane)) +
-             "</caption>\n<tr><th>K_t,y in N/m \\ K_r,x in Nm/rad</th>";
+             html_escape(plane.name()) + "</caption>\n<tr><th>K_t,y in N/m \\ K_r,x in Nm/rad</th>";
     for (const std::string& value : plane.rotation) html_ += "<th>" + html_escape(value) + "</th>";
     html_ += "</tr>\n";
     for (std::size_t row = 0; row < plane.cells.size(); ++row) {
@@ -88,14 +56,6 @@ class StiffnessSection {
     html_ += "</table></div>\n";
   }
 
-  [[nodiscard]] Proportion pooled(const StiffnessPlane& plane) const {
-    Proportion sum;
-    for (const auto& row : plane.cells) {
-      for (const std::size_t cell : row) sum = sum + ours(cell);
-    }
-    return sum;
-  }
-
   // The axis that is swept: the first of the others whose values are numbers.
   [[nodiscard]] std::string swept_axis() const {
     for (const auto& [axis, value] : planes_.front().others) {
@@ -110,20 +70,21 @@ class StiffnessSection {
   void add_curves() {
     const std::string swept = swept_axis();
     if (swept.empty()) return;
-    const auto axis = std::find_if(config_.axes.begin(), config_.axes.end(),
+    const auto& axes = experiment_.config().axes;
+    const auto axis = std::find_if(axes.begin(), axes.end(),
                                    [&](const AxisConfig& each) { return each.name == swept; });
     XyPlot plot{"Success over all stiffnesses", axis_heading(*axis), "rate", {}, {}, {}, 1.0};
     for (const StiffnessPlane& plane : planes_) {
       StiffnessPlane rest = plane;
       rest.others.erase(swept);
-      const std::string label = name_of(rest);
+      const std::string label = rest.name();
       auto series = std::find_if(plot.series.begin(), plot.series.end(),
                                  [&](const PlotSeries& each) { return each.label == label; });
       if (series == plot.series.end()) {
         plot.series.push_back({label, {}});
         series = plot.series.end() - 1;
       }
-      const Proportion rate = pooled(plane);
+      const Proportion rate = plane.pooled(summary_);
       if (rate.trials == 0) continue;
       series->points.push_back({std::strtod(plane.others.at(swept).c_str(), nullptr), rate.rate(),
                                 wilson_interval(rate)});
@@ -166,7 +127,7 @@ class StiffnessSection {
     html_ += fmt::format(
         "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td class=\"text\">{}</td>"
         "<td>{:.2g}</td><td>{}</td></tr>\n",
-        html_escape(name_of(plane)), translation ? "K_t,y in N/m" : "K_r,x in Nm/rad", rates,
+        html_escape(plane.name()), translation ? "K_t,y in N/m" : "K_r,x in Nm/rad", rates,
         test_homogeneity(levels).p, paper_p);
   }
 
@@ -194,18 +155,17 @@ class StiffnessSection {
     std::vector<StiffnessClaim> claims;
     for (const StiffnessPlane& plane : planes_) {
       if (!plane.outcomes) continue;
-      claims = judge_stiffness_claims(*plane.outcomes, derive_seed(seed_, name_of(plane)));
-      rows += fmt::format("<tr><td class=\"text\">{}</td><td>{}</td>", html_escape(name_of(plane)),
-                          percent_text(pooled(plane).rate()));
+      claims = claims_about(plane, experiment_);
+      rows += fmt::format("<tr><td class=\"text\">{}</td><td>{}</td>", html_escape(plane.name()),
+                          percent_text(plane.pooled(summary_).rate()));
       for (const StiffnessClaim& claim : claims) {
         rows += fmt::format("<td class=\"text\">{:+.1f} {}<br/>{}</td>", 100.0 * claim.difference,
-                            interval_text(claim.interval), word(claim.verdict));
+                            interval_text(claim.interval), to_text(claim.verdict));
       }
       rows += "</tr>\n";
     }
-    const std::size_t trials = planes_.front().outcomes->front().size();
     std::string flat;
-    for (const double share : flat_claim_shares(trials, kFlatRate, seed_)) {
+    for (const double share : flat_claim_shares(planes_.front(), experiment_)) {
       flat += fmt::format("<td class=\"text\">confirmed in {:.1f} %</td>", 100.0 * share);
     }
     for (const StiffnessClaim& claim : claims) {
@@ -219,8 +179,7 @@ class StiffnessSection {
              "get.</p>\n";
   }
 
-  const ExperimentConfig& config_;
-  Seed seed_;
+  const Experiment& experiment_;
   const ResultSummary& summary_;
   std::vector<StiffnessPlane> planes_;
   std::string html_;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "experiments/trial_quota.h"
+#include "models/errors.h"
 
 namespace binpick {
 namespace {
@@ -30,10 +31,6 @@ Proportion proportion_of(const CellTrials& trials) {
     proportion.successes += success ? 1 : 0;
   }
   return proportion;
-}
-
-Proportion operator+(const Proportion& a, const Proportion& b) {
-  return {a.successes + b.successes, a.trials + b.trials};
 }
 
 /// The paper's counts for exactly this cell: an entry that matches it and is not shared with cells
@@ -88,16 +85,20 @@ ColumnSummary summarize_column(const Experiment& experiment,
   return column;
 }
 
-PairedComparison compare_pair(const ColumnSummary& first, const ColumnSummary& second,
-                              const std::vector<CellTrials>& trials) {
+/// Adds the pairs of trials of the same number in two cells; `p` is not touched.
+void add_pairs(const CellTrials& first, const CellTrials& second, PairedComparison& pair) {
+  for (const auto& [trial, success] : first) {
+    const auto partner = second.find(trial);
+    if (partner == second.end() || partner->second == success) continue;
+    ++(success ? pair.only_first : pair.only_second);
+  }
+}
+
+PairedComparison compare_columns(const ColumnSummary& first, const ColumnSummary& second,
+                                 const std::vector<CellTrials>& trials) {
   PairedComparison pair{first.label, second.label};
   for (std::size_t row = 0; row < first.cells.size(); ++row) {
-    const CellTrials& other = trials[second.cells[row]];
-    for (const auto& [trial, success] : trials[first.cells[row]]) {
-      const auto partner = other.find(trial);
-      if (partner == other.end() || partner->second == success) continue;
-      ++(success ? pair.only_first : pair.only_second);
-    }
+    add_pairs(trials[first.cells[row]], trials[second.cells[row]], pair);
   }
   pair.p = mcnemar_exact_p(pair.only_first, pair.only_second);
   return pair;
@@ -163,13 +164,41 @@ ResultSummary summarize(const Experiment& experiment, const TrialTable& table) {
     summary.columns.push_back(summarize_column(experiment, summary.cells, axis, value));
   }
   for (std::size_t i = 0; i + 1 < columns; ++i) {
-    summary.pairs.push_back(compare_pair(summary.columns[i], summary.columns[i + 1], trials));
+    summary.pairs.push_back(compare_columns(summary.columns[i], summary.columns[i + 1], trials));
   }
   for (const GateConfig& gate : config.gates) {
     summary.gates.push_back(judge_gate(experiment, gate, summary.cells));
   }
   summary.outcomes = count_outcomes(own);
   return summary;
+}
+
+std::vector<PairedComparison> compare_runs(const Experiment& first, const TrialTable& first_trials,
+                                           const Experiment& second,
+                                           const TrialTable& second_trials) {
+  const auto same_key = [](const Cell& a, const Cell& b) { return a.key == b.key; };
+  if (first.config().name != second.config().name || first.config().seed != second.config().seed ||
+      !std::equal(first.cells().begin(), first.cells().end(), second.cells().begin(),
+                  second.cells().end(), same_key)) {
+    throw InputError(fmt::format(
+        "'{}' and '{}' have no trials in common: only runs with the same experiment name, seed and "
+        "cells can be paired",
+        first.config().title, second.config().title));
+  }
+  const auto ours = successes_by_cell(first, trials_of(first, first_trials));
+  const auto others = successes_by_cell(second, trials_of(second, second_trials));
+  std::vector<PairedComparison> pairs;
+  PairedComparison all{"all cells", "all cells"};
+  for (const Cell& cell : first.cells()) {
+    PairedComparison pair{cell.key, cell.key};
+    add_pairs(ours[cell.index], others[cell.index], pair);
+    all.only_first += pair.only_first;
+    all.only_second += pair.only_second;
+    pairs.push_back(pair);
+  }
+  if (pairs.size() > 1) pairs.push_back(all);
+  for (PairedComparison& pair : pairs) pair.p = mcnemar_exact_p(pair.only_first, pair.only_second);
+  return pairs;
 }
 
 }  // namespace binpick

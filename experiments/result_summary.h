@@ -45,7 +45,7 @@ struct ColumnSummary {
   std::optional<FlatReference> flat;          ///< likewise
 };
 
-/// Two neighbouring columns compared trial by trial under common random numbers (McNemar).
+/// Two columns, or two runs, compared trial by trial under common random numbers (McNemar).
 struct PairedComparison {
   std::string first;
   std::string second;
@@ -72,6 +72,15 @@ struct ResultSummary {
 [[nodiscard]] TrialTable trials_of(const Experiment& experiment, const TrialTable& table);
 
 [[nodiscard]] ResultSummary summarize(const Experiment& experiment, const TrialTable& table);
+
+/// Two robots on the same tasks: trials of the same number in the same cells of two runs, one
+/// comparison per cell and, where there are several, one over all. `first` and `second` of each are
+/// the cell's key.
+/// @throws InputError unless both runs are of one experiment name, seed and set of cells.
+[[nodiscard]] std::vector<PairedComparison> compare_runs(const Experiment& first,
+                                                         const TrialTable& first_trials,
+                                                         const Experiment& second,
+                                                         const TrialTable& second_trials);
 
 /// The axis whose values are printed side by side, if any.
 [[nodiscard]] std::optional<std::size_t> column_axis(const ExperimentConfig& config);

@@ -8,16 +8,10 @@
 #include <string_view>
 #include <utility>
 
-#include "experiments/text_table.h"
-
 namespace binpick {
 namespace {
 
 constexpr double kSignificance = 0.05;
-
-std::string counts_text(const Proportion& proportion) {
-  return fmt::format("{}/{}", proportion.successes, proportion.trials);
-}
 
 std::string fits_text(const CellSummary& cell) {
   if (!cell.paper_p) return "";
@@ -39,51 +33,6 @@ std::vector<std::string> header_of(const ExperimentConfig& config, const ResultS
   if (with_paper) header.insert(header.end(), {"paper", "%"});
   return header;
 }
-
-std::string cell_table(const Experiment& experiment, const ResultSummary& summary) {
-  const ExperimentConfig& config = experiment.config();
-  const bool with_paper =
-      std::any_of(summary.cells.begin(), summary.cells.end(),
-                  [](const CellSummary& cell) { return cell.paper.has_value(); });
-  TextTable table(header_of(config, summary, with_paper));
-  const auto axis = column_axis(config);
-  for (std::size_t row = 0; row < summary.columns.front().cells.size(); ++row) {
-    std::vector<std::string> texts;
-    const Cell& first = experiment.cells()[summary.columns.front().cells[row]];
-    for (std::size_t i = 0; i < config.axes.size(); ++i) {
-      if (i != axis) texts.push_back(config.axes[i].label(first.values[i]));
-    }
-    for (const ColumnSummary& column : summary.columns) {
-      const CellSummary& cell = summary.cells[column.cells[row]];
-      texts.push_back(counts_text(cell.ours));
-      texts.push_back(cell.ours.trials == 0 ? "" : fmt::format("{:.0f}", 100.0 * cell.ours.rate()));
-      texts.push_back(cell.ours.trials == 0 ? "" : interval_text(cell.interval));
-      if (with_paper) texts.push_back(fits_text(cell));
-    }
-    const auto& paper = summary.cells[first.index].paper;
-    if (paper) {
-      texts.push_back(counts_text(*paper));
-      texts.push_back(fmt::format("{:.0f}", 100.0 * paper->rate()));
-    }
-    table.add_row(std::move(texts));
-  }
-  return table.text();
-}
-
-std::string outcome_table(const ResultSummary& summary) {
-  TextTable table({"outcome", "stage", "trials", "%"});
-  for (const OutcomeCount& each : summary.outcomes) {
-    const Proportion share{each.count, summary.pooled.trials};
-    const bool success = each.outcome == TrialOutcome::kSuccess;
-    table.add_row({std::string(to_text(each.outcome)),
-                   success ? "" : std::string(to_text(each.stage)), fmt::format("{}", each.count),
-                   fmt::format("{:.1f}", 100.0 * share.rate())});
-  }
-  return table.text();
-}
-
-/// "p = 0.06"; a p value too small for a double is not zero.
-std::string p_text(double p) { return p > 0.0 ? fmt::format("p = {:.2g}", p) : "p < 1e-300"; }
 
 std::string of_column(const Experiment& experiment, const ColumnSummary& column) {
   const auto axis = column_axis(experiment.config());
@@ -117,6 +66,54 @@ std::string gate_line(const GateResult& gate) {
 }
 
 }  // namespace
+
+TextTable cell_table(const Experiment& experiment, const ResultSummary& summary) {
+  const ExperimentConfig& config = experiment.config();
+  const bool with_paper =
+      std::any_of(summary.cells.begin(), summary.cells.end(),
+                  [](const CellSummary& cell) { return cell.paper.has_value(); });
+  TextTable table(header_of(config, summary, with_paper));
+  const auto axis = column_axis(config);
+  for (std::size_t row = 0; row < summary.columns.front().cells.size(); ++row) {
+    std::vector<std::string> texts;
+    const Cell& first = experiment.cells()[summary.columns.front().cells[row]];
+    for (std::size_t i = 0; i < config.axes.size(); ++i) {
+      if (i != axis) texts.push_back(config.axes[i].label(first.values[i]));
+    }
+    for (const ColumnSummary& column : summary.columns) {
+      const CellSummary& cell = summary.cells[column.cells[row]];
+      texts.push_back(counts_text(cell.ours));
+      texts.push_back(cell.ours.trials == 0 ? "" : fmt::format("{:.0f}", 100.0 * cell.ours.rate()));
+      texts.push_back(cell.ours.trials == 0 ? "" : interval_text(cell.interval));
+      if (with_paper) texts.push_back(fits_text(cell));
+    }
+    const auto& paper = summary.cells[first.index].paper;
+    if (paper) {
+      texts.push_back(counts_text(*paper));
+      texts.push_back(fmt::format("{:.0f}", 100.0 * paper->rate()));
+    }
+    table.add_row(std::move(texts));
+  }
+  return table;
+}
+
+TextTable outcome_table(const ResultSummary& summary) {
+  TextTable table({"outcome", "stage", "trials", "%"});
+  for (const OutcomeCount& each : summary.outcomes) {
+    const Proportion share{each.count, summary.pooled.trials};
+    const bool success = each.outcome == TrialOutcome::kSuccess;
+    table.add_row({std::string(to_text(each.outcome)),
+                   success ? "" : std::string(to_text(each.stage)), fmt::format("{}", each.count),
+                   fmt::format("{:.1f}", 100.0 * share.rate())});
+  }
+  return table;
+}
+
+std::string counts_text(const Proportion& proportion) {
+  return fmt::format("{}/{}", proportion.successes, proportion.trials);
+}
+
+std::string p_text(double p) { return p > 0.0 ? fmt::format("p = {:.2g}", p) : "p < 1e-300"; }
 
 std::string percent_text(double rate) { return fmt::format("{:.1f} %", 100.0 * rate); }
 
@@ -186,11 +183,11 @@ std::vector<std::string> table_statements(const Experiment& experiment,
 std::string result_table(const Experiment& experiment, const ResultSummary& summary) {
   const ExperimentConfig& config = experiment.config();
   std::string text = (config.title.empty() ? config.name : config.title) + "\n\n";
-  text += cell_table(experiment, summary) + "\n";
+  text += cell_table(experiment, summary).text() + "\n";
   for (const std::string& statement : table_statements(experiment, summary)) {
     text += statement + "\n";
   }
-  text += fmt::format("\n{}{}", outcome_table(summary), summary.gates.empty() ? "" : "\n");
+  text += fmt::format("\n{}{}", outcome_table(summary).text(), summary.gates.empty() ? "" : "\n");
   for (const GateResult& gate : summary.gates) text += gate_line(gate);
   return text;
 }

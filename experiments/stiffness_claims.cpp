@@ -1,5 +1,7 @@
 #include "experiments/stiffness_claims.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -85,6 +87,10 @@ std::array<StiffnessClaim::Verdict, kClaims> verdicts(
   return result;
 }
 
+Seed stiffness_seed(const Experiment& experiment) {
+  return derive_seed(static_cast<Seed>(experiment.config().seed), "stiffness");
+}
+
 std::optional<std::size_t> axis_named(const ExperimentConfig& config, const std::string& name) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     if (config.axes[i].name == name) return i;
@@ -113,6 +119,34 @@ std::optional<StiffnessOutcomes> outcomes_of(const StiffnessPlane& plane,
 }
 
 }  // namespace
+
+std::string_view to_text(StiffnessClaim::Verdict verdict) {
+  switch (verdict) {
+    case StiffnessClaim::Verdict::kConfirmed:
+      return "confirmed";
+    case StiffnessClaim::Verdict::kContradicted:
+      return "contradicted";
+    case StiffnessClaim::Verdict::kUndecided:
+      break;
+  }
+  return "undecided";
+}
+
+std::string StiffnessPlane::name() const {
+  std::string name;
+  for (const auto& [axis, value] : others) {
+    name += fmt::format("{}{} {}", name.empty() ? "" : ", ", axis, value);
+  }
+  return name.empty() ? "all trials" : name;
+}
+
+Proportion StiffnessPlane::pooled(const ResultSummary& summary) const {
+  Proportion sum;
+  for (const auto& row : cells) {
+    for (const std::size_t cell : row) sum = sum + summary.cells[cell].ours;
+  }
+  return sum;
+}
 
 std::vector<StiffnessClaim> judge_stiffness_claims(const StiffnessOutcomes& outcomes, Seed seed) {
   const std::size_t trials = outcomes.front().size();
@@ -195,6 +229,16 @@ std::vector<StiffnessPlane> stiffness_planes(const Experiment& experiment,
   }
   for (StiffnessPlane& plane : planes) plane.outcomes = outcomes_of(plane, experiment, trials);
   return planes;
+}
+
+std::vector<StiffnessClaim> claims_about(const StiffnessPlane& plane,
+                                         const Experiment& experiment) {
+  return judge_stiffness_claims(*plane.outcomes,
+                                derive_seed(stiffness_seed(experiment), plane.name()));
+}
+
+std::array<double, 3> flat_claim_shares(const StiffnessPlane& plane, const Experiment& experiment) {
+  return flat_claim_shares(plane.outcomes->front().size(), kFlatRate, stiffness_seed(experiment));
 }
 
 }  // namespace binpick

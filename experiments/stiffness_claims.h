@@ -3,11 +3,13 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "experiments/experiment.h"
 #include "experiments/proportions.h"
 #include "experiments/result_store.h"
+#include "experiments/result_summary.h"
 
 namespace binpick {
 
@@ -21,6 +23,9 @@ struct StiffnessClaim {
   /// At 5 % with Holm's correction over the claims (Holm 1979).
   Verdict verdict = Verdict::kUndecided;
 };
+
+/// "confirmed", "contradicted" or "undecided".
+[[nodiscard]] std::string_view to_text(StiffnessClaim::Verdict verdict);
 
 /// Successes of the nine cells of Table 1, K_t,y = 200, 750, 2000 N/m by K_r,x = 20, 75, 200 Nm/rad
 /// row by row; entry i of all cells is the same trial number.
@@ -42,11 +47,30 @@ struct StiffnessPlane {
   std::vector<std::string> rotation;            ///< values of K_r_x, Nm/rad
   std::vector<std::vector<std::size_t>> cells;  ///< index of the cell, by translation and rotation
   std::optional<StiffnessOutcomes> outcomes;    ///< of Table 1's cells, ten trials each at least
+
+  /// The values of the other axes, e.g. "reaction on"; "all trials" when there are none.
+  [[nodiscard]] std::string name() const;
+  /// The trials of all its cells. `summary` is that of the plane's experiment.
+  [[nodiscard]] Proportion pooled(const ResultSummary& summary) const;
 };
+
+/// With more planes a sweep is shown by the planes' pooled rates, not by a map of each.
+inline constexpr std::size_t kMostMaps = 4;
 
 /// Every plane of an experiment with the axes K_t_y and K_r_x, in the order of its cells; empty for
 /// other experiments. Trials that a cell lacks are left out of all cells' outcomes.
 [[nodiscard]] std::vector<StiffnessPlane> stiffness_planes(const Experiment& experiment,
                                                            const TrialTable& trials);
+
+/// The claims about a plane that has outcomes, with the experiment's own random numbers.
+[[nodiscard]] std::vector<StiffnessClaim> claims_about(const StiffnessPlane& plane,
+                                                       const Experiment& experiment);
+
+/// What a flat world has when the paper says nothing of its cells: the paper's pooled 60 of 90.
+inline constexpr double kFlatRate = 2.0 / 3.0;
+
+/// How often the claims are confirmed in worlds of `kFlatRate` and of the plane's size.
+[[nodiscard]] std::array<double, 3> flat_claim_shares(const StiffnessPlane& plane,
+                                                      const Experiment& experiment);
 
 }  // namespace binpick

@@ -26,4 +26,18 @@ std::string TextTable::text() const {
   return text;
 }
 
+std::string TextTable::markdown() const {
+  std::string text;
+  const auto add_line = [&](const auto& field_of) {
+    for (std::size_t i = 0; i < rows_.front().size(); ++i) text += "| " + field_of(i) + ' ';
+    text += "|\n";
+  };
+  for (const auto& row : rows_) {
+    add_line([&](std::size_t i) { return i < row.size() ? row[i] : ""; });
+    if (&row != &rows_.front()) continue;
+    add_line([](std::size_t i) { return std::string(i == 0 ? ":--" : "--:"); });
+  }
+  return text;
+}
+
 }  // namespace binpick
