@@ -38,6 +38,7 @@ th,td{padding:.28rem .7rem;text-align:right;white-space:nowrap;border-bottom:1px
 th{font-weight:600;color:var(--soft);font-size:.87rem}
 td.text,th.text{text-align:left}
 td.note{white-space:normal;text-align:left;min-width:14rem}
+.rates th,.rates td{padding:.28rem .42rem}.rates th{white-space:normal}
 svg.bar{display:block}
 svg .grid{stroke:var(--line)}
 svg .ours{fill:var(--ours)}
@@ -96,10 +97,6 @@ std::string heat(std::int64_t count, std::int64_t total) {
   const double share = static_cast<double>(count) / static_cast<double>(total);
   return fmt::format(" style=\"background:color-mix(in srgb,var(--paper) {:.0f}%,transparent)\"",
                      15.0 + 60.0 * share);
-}
-
-std::string counts(const Proportion& proportion) {
-  return fmt::format("{}/{}", proportion.successes, proportion.trials);
 }
 
 class ReportPage {
@@ -162,13 +159,13 @@ class ReportPage {
     for (std::size_t i = 0; i < experiment_.config().axes.size(); ++i) {
       if (i != axis) html += th(axis_heading(experiment_.config().axes[i]));
     }
-    if (has_paper()) html += th("paper") + th("%");
+    if (has_paper()) html += th("paper");
     for (const ColumnSummary& column : summary_.columns) {
       const std::string name =
           axis ? experiment_.config().axes[*axis].name + " " + column.label : "ours";
       html += th(name) + th("%") + th("95 % interval");
       html += "<th class=\"text\">" + rate_legend_svg(has_paper()) + "</th>";
-      if (has_paper()) html += th("p (Fisher)");
+      if (has_paper()) html += th("p");
     }
     return html + "</tr>\n";
   }
@@ -178,9 +175,9 @@ class ReportPage {
     const bool any = cell.ours.trials > 0;
     std::string html =
         cell.ours.successes == cell.ours.trials
-            ? td(counts(cell.ours))
+            ? td(counts_text(cell.ours))
             : fmt::format("<td><a href=\"#cell-{}\" title=\"failed trials\">{}</a></td>", index,
-                          counts(cell.ours));
+                          counts_text(cell.ours));
     html += td(any ? fmt::format("{:.1f}", 100.0 * cell.ours.rate()) : "");
     html += td(any ? interval_text(cell.interval) : "");
     html += "<td class=\"text\">" + rate_bar_svg(cell) + "</td>";
@@ -199,8 +196,7 @@ class ReportPage {
     }
     if (has_paper()) {
       const auto& paper = summary_.cells[first.index].paper;
-      html += td(paper ? counts(*paper) : "");
-      html += td(paper ? fmt::format("{:.0f}", 100.0 * paper->rate()) : "");
+      html += td(paper ? counts_text(*paper) : "");
     }
     for (const ColumnSummary& column : summary_.columns) html += cell_html(column.cells[row]);
     return html + "</tr>\n";
@@ -210,7 +206,11 @@ class ReportPage {
     const std::size_t rows = summary_.columns.front().cells.size();
     std::string table = table_header();
     for (std::size_t row = 0; row < rows; ++row) table += table_row(row);
-    html_ += "<h2>Success rates</h2>\n" + scrolling_table(table, rows);
+    html_ +=
+        "<h2>Success rates</h2>\n<div class=\"rates\">" + scrolling_table(table, rows) + "</div>\n";
+    if (has_paper()) {
+      html_ += "<p class=\"lead\">p: Fisher's exact test, ours against the paper's.</p>\n";
+    }
   }
 
   void add_statements() {
@@ -221,7 +221,7 @@ class ReportPage {
     for (const GateResult& gate : summary_.gates) {
       html_ += fmt::format("<li class=\"{}\">gate {}: {} = {} {}, demanded {}: {}</li>\n",
                            gate.passed ? "good" : "bad", gate.passed ? "passed" : "failed",
-                           counts(gate.ours), percent_text(gate.ours.rate()),
+                           counts_text(gate.ours), percent_text(gate.ours.rate()),
                            interval_text(gate.interval), percent_text(gate.minimum_rate),
                            html_escape(gate.cell));
     }
@@ -325,7 +325,7 @@ class ReportPage {
     const RunManifest& manifest = results_.manifest;
     html_ += "<h2>Effective configuration</h2>\n<pre>" + html_escape(experiment_.effective_yaml()) +
              "</pre>\n<h2>Origin</h2>\n<div class=\"wide\"><table>\n";
-    const std::array<std::pair<const char*, std::string>, 7> rows{{
+    const std::array<std::pair<const char*, std::string>, 8> rows{{
         {"binpick", manifest.program},
         {"build", manifest.build},
         {"protocol version", manifest.protocol},
@@ -333,6 +333,7 @@ class ReportPage {
         {"input files", manifest.inputs},
         {"relative paths start at", manifest.directory},
         {"processor class", manifest.cpu},
+        {"host", manifest.host},
     }};
     for (const auto& [name, value] : rows) {
       html_ += fmt::format(

@@ -5,7 +5,7 @@
 namespace binpick {
 namespace {
 
-constexpr double kWidth = 150.0;  // px, of the span from 0 to 100 %
+constexpr double kWidth = 120.0;  // px, of the span from 0 to 100 %
 constexpr double kMargin = 12.0;  // px, on either side
 constexpr double kHeight = 26.0;  // px
 constexpr double kMiddle = kHeight / 2.0;
@@ -69,11 +69,11 @@ std::string rate_legend_svg(bool with_paper) {
                        x_of(rate), 100.0 * rate);
   }
   svg +=
-      "<rect class=\"ours\" x=\"12\" y=\"17\" width=\"10\" height=\"7\"/>"
-      "<text x=\"25\" y=\"24\">ours</text>"
-      "<line class=\"whisker\" x1=\"54\" x2=\"66\" y1=\"20\" y2=\"20\"/>"
-      "<text x=\"69\" y=\"24\">95 %</text>";
-  if (with_paper) svg += diamond(106.0, 20.0) + "<text x=\"114\" y=\"24\">paper</text>";
+      "<rect class=\"ours\" x=\"4\" y=\"17\" width=\"10\" height=\"7\"/>"
+      "<text x=\"17\" y=\"24\">ours</text>"
+      "<line class=\"whisker\" x1=\"46\" x2=\"56\" y1=\"20\" y2=\"20\"/>"
+      "<text x=\"59\" y=\"24\">95 %</text>";
+  if (with_paper) svg += diamond(96.0, 20.0) + "<text x=\"104\" y=\"24\">paper</text>";
   return svg + "</svg>";
 }
 

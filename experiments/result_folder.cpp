@@ -11,7 +11,6 @@
 #include <cstring>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 #include "experiments/write_file.h"
 #include "models/errors.h"
@@ -61,16 +60,13 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores,
                         const Experiment* extended) {
   if (stores.empty()) throw InputError("no result stores (trials*.sqlite) were found");
   RunResults results;
-  std::set<std::string> cpus;
   std::set<TrialKey> conflicts;
   for (const std::filesystem::path& file : stores) {
     ResultStore store = ResultStore::open_to_read(file);
     const RunManifest manifest = store.manifest();
-    if (cpus.empty()) results.manifest = manifest;
+    if (&file == &stores.front()) results.manifest = manifest;
     // Of equivalent folders the first by name, so that the order of the stores does not matter.
     results.manifest.directory = std::min(results.manifest.directory, manifest.directory);
-    std::istringstream classes(manifest.cpu);
-    for (std::string each; std::getline(classes, each, '|');) cpus.insert(each);
     std::string conflict = results.manifest.conflict_with(manifest);
     if (conflict.empty() && extended == nullptr && results.manifest.config != manifest.config) {
       conflict = "results of another configuration (number of trials, gates or paper counts)";
@@ -79,6 +75,7 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores,
       throw InputError(fmt::format("{}: holds {}, as in {}; only results of one run can be joined",
                                    file.string(), conflict, stores.front().string()));
     }
+    results.manifest.add_origins(manifest);
     for (const auto& [key, trial] : store.trials()) {
       if (!insert_trial(results.trials, key, trial)) conflicts.insert(key);
     }
@@ -88,7 +85,6 @@ RunResults read_results(const std::vector<std::filesystem::path>& stores,
     results.manifest.yaml = extended->effective_yaml();
   }
   results.conflicts.assign(conflicts.begin(), conflicts.end());
-  results.manifest.cpu = fmt::format("{}", fmt::join(cpus, "|"));
   return results;
 }
 

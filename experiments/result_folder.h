@@ -14,7 +14,7 @@ namespace binpick {
 
 /// The results of one or more stores of the same run.
 struct RunResults {
-  RunManifest manifest;  ///< `cpu` lists all processor classes that took part, joined by '|'
+  RunManifest manifest;  ///< with the processors and hosts of all stores
   TrialTable trials;
   /// Keys under which the stores hold different records: a failure of reproducibility.
   std::vector<TrialKey> conflicts;

@@ -97,14 +97,17 @@ ResultStore ResultStore::open_for_run(const std::filesystem::path& file,
   SqliteDatabase database(file, SqliteDatabase::Access::kWrite);
   const auto stored = read_entries(database);
   check_schema(database, stored);
-  const std::string conflict = manifest.conflict_with(RunManifest::from_entries(stored));
+  const RunManifest earlier = RunManifest::from_entries(stored);
+  const std::string conflict = manifest.conflict_with(earlier);
   if (!conflict.empty()) {
     throw InputError(fmt::format("{}: holds {}; give another --out, or --fresh to start over",
                                  file.string(), conflict));
   }
-  if (entries_of(manifest) != stored) {
+  RunManifest joined = manifest;
+  joined.add_origins(earlier);
+  if (entries_of(joined) != stored) {
     database.execute("BEGIN IMMEDIATE");
-    write_entries(database, manifest);
+    write_entries(database, joined);
     database.execute("COMMIT");
   }
   return ResultStore(std::move(database));

@@ -1,6 +1,7 @@
 #include "experiments/run_manifest.h"
 
 #include <fmt/format.h>
+#include <sys/utsname.h>
 
 #include <algorithm>
 #include <array>
@@ -19,12 +20,27 @@ namespace {
 /// The stored keys and the fields that they name, in one place for both directions.
 template <class Manifest>
 auto fields_of(Manifest& manifest) {
-  return std::array{
-      std::pair{"experiment", &manifest.experiment}, std::pair{"identity", &manifest.identity},
-      std::pair{"inputs", &manifest.inputs},         std::pair{"protocol", &manifest.protocol},
-      std::pair{"program", &manifest.program},       std::pair{"build", &manifest.build},
-      std::pair{"config", &manifest.config},         std::pair{"yaml", &manifest.yaml},
-      std::pair{"directory", &manifest.directory},   std::pair{"cpu", &manifest.cpu}};
+  return std::array{std::pair{"experiment", &manifest.experiment},
+                    std::pair{"identity", &manifest.identity},
+                    std::pair{"inputs", &manifest.inputs},
+                    std::pair{"protocol", &manifest.protocol},
+                    std::pair{"program", &manifest.program},
+                    std::pair{"build", &manifest.build},
+                    std::pair{"config", &manifest.config},
+                    std::pair{"yaml", &manifest.yaml},
+                    std::pair{"directory", &manifest.directory},
+                    std::pair{"cpu", &manifest.cpu},
+                    std::pair{"host", &manifest.host}};
+}
+
+/// The parts of both lists, sorted, each once.
+std::string united(const std::string& a, const std::string& b) {
+  std::set<std::string> parts;
+  for (const std::string* list : {&a, &b}) {
+    std::istringstream text(*list);
+    for (std::string part; std::getline(text, part, '|');) parts.insert(part);
+  }
+  return fmt::format("{}", fmt::join(parts, "|"));
 }
 
 /// The lines of an effective configuration that decide the records; see Experiment::identity_hash.
@@ -68,6 +84,7 @@ RunManifest RunManifest::of(const Experiment& experiment) {
   manifest.yaml = experiment.effective_yaml();
   manifest.directory = experiment.directory().string();
   manifest.cpu = cpu_class();
+  manifest.host = host_name();
   return manifest;
 }
 
@@ -84,6 +101,11 @@ std::map<std::string, std::string> RunManifest::entries() const {
   std::map<std::string, std::string> entries;
   for (const auto& [key, field] : fields_of(*this)) entries[key] = *field;
   return entries;
+}
+
+void RunManifest::add_origins(const RunManifest& other) {
+  cpu = united(cpu, other.cpu);
+  host = united(host, other.host);
 }
 
 std::string RunManifest::conflict_with(const RunManifest& other) const {
@@ -125,6 +147,12 @@ std::string cpu_class() {
     if (flags.contains(flag)) result += fmt::format(" {}", flag);
   }
   return result;
+}
+
+std::string host_name() {
+  utsname host{};
+  if (::uname(&host) != 0) return "unknown";
+  return fmt::format("{} ({} {})", host.nodename, host.sysname, host.release);
 }
 
 }  // namespace binpick

@@ -44,6 +44,21 @@ TEST(ResultStore, KeepsTrialsAndManifest) {
   EXPECT_TRUE(identical(trials.at({"rate=0.3,side=heads", 7}).record, failed.record));
 }
 
+TEST(ResultStore, RemembersEveryHostThatTookPart) {
+  const TemporaryFolder folder;
+  RunManifest made = manifest();
+  for (const char* host : {"node2", "node1", "node2"}) {
+    made.host = host;
+    (void)ResultStore::open_for_run(folder / "trials-0-of-2.sqlite", made);
+  }
+  made.host = "node3";
+  made.cpu = "cpu from another shop";
+  (void)ResultStore::open_for_run(folder / "trials-1-of-2.sqlite", made);
+  const RunManifest joined = ResultFolder(folder.path()).read().manifest;
+  EXPECT_EQ(joined.host, "node1|node2|node3");
+  EXPECT_EQ(joined.cpu, "cpu from another shop|" + cpu_class());
+}
+
 TEST(ResultStore, RefusesToCountATrialTwice) {
   const TemporaryFolder folder;
   ResultStore store = ResultStore::open_for_run(folder / "trials.sqlite", manifest());
