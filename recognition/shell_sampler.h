@@ -1,8 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include "models/random.h"
@@ -10,40 +9,45 @@
 
 namespace binpick {
 
-/// Draws from L, the points of S* in a shell about one of them (IJRR 2012, Algorithm 1, lines 6-7),
-/// without collecting L: the offsets from a leaf to all leaves that the shell may meet are the same
-/// everywhere, so they are listed once, shuffled; a draw walks the list from a random start to the
-/// first full leaf whose point lies in the shell. Immutable, thread-safe.
+/// Draws from L, the points of S* in a shell about one of them (IJRR 2012, Algorithm 1, lines 6-7).
+/// The offsets from a leaf to all leaves that the shell may meet are the same everywhere, so they
+/// are listed once, shuffled; a draw takes the points of L in the order of that list from a random
+/// place on. Immutable, thread-safe.
 class ShellSampler {
  public:
   /// The shell of all points no closer than radius - tolerance and no farther than radius +
   /// tolerance, over the leaves of `octree`, which must outlive the sampler.
   ShellSampler(const SceneOctree& octree, float radius, float tolerance);
 
-  /// Visits the leaves of L in random order until `visit(leaf)` returns true; each once. O(offsets)
-  /// at most, some dozens of them usually.
+  /// Visits the leaves of L in random order until `visit(leaf)` returns true; each once. O(full
+  /// leaves within the shell's reach).
   template <class Visit>
   void visit_in_random_order(int leaf, Random& random, const Visit& visit) const {
-    if (offsets_.empty()) return;
-    const Eigen::Vector3i cell = octree_.cell(leaf);
-    const Eigen::Vector3f centre = octree_.point(leaf);
-    std::size_t i = random.index(offsets_.size());
-    for (std::size_t step = 0; step < offsets_.size(); ++step) {
-      const auto& [x, y, z] = offsets_[i];
-      if (++i == offsets_.size()) i = 0;
-      const int other = octree_.leaf_at_cell(cell + Eigen::Vector3i(x, y, z));
-      if (other < 0) continue;
-      const float squared = (octree_.point(other) - centre).squaredNorm();
-      if (squared < squared_inner_ || squared > squared_outer_) continue;
-      if (visit(other)) return;
+    if (offsets_ == 0) return;
+    for (const Turn& turn : shuffled(leaf, static_cast<int>(random.index(offsets_)))) {
+      if (visit(turn.leaf)) return;
     }
   }
 
  private:
+  struct Turn {
+    int place;  // in the list, counted from where the draw begins
+    int leaf;
+  };
+  /// L in the order of the list from `start` on.
+  [[nodiscard]] std::vector<Turn> shuffled(int leaf, int start) const;
+  [[nodiscard]] std::size_t index_of(const Eigen::Vector3i& offset) const {
+    const int side = 2 * reach_ + 1;
+    return static_cast<std::size_t>(((offset.z() + reach_) * side + offset.y() + reach_) * side +
+                                    offset.x() + reach_);
+  }
+
   const SceneOctree& octree_;
   float squared_inner_;
   float squared_outer_;
-  std::vector<std::array<std::int16_t, 3>> offsets_;
+  int reach_;                         // leaves
+  std::size_t offsets_ = 0;           // in the list
+  std::vector<int> place_of_offset_;  // in the list, by index_of; -1 for those that are not in it
 };
 
 }  // namespace binpick

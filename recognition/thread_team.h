@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -9,7 +10,9 @@ namespace binpick {
 
 /// Threads that are kept for the life of the process and wait for work: one recognition runs dozens
 /// of loops of a fraction of a millisecond, and a thread started for each would cost more than it
-/// brings. Any number of threads may call run() at the same time, also from within work.
+/// brings. For the same reason a thread without work looks out for more for a fraction of a
+/// millisecond before it sleeps: to be woken takes about as long as many a loop. Any number of
+/// threads may call run() at the same time, also from within work.
 ///
 /// In a forked child the team has no threads of its own: work is then done by the caller alone.
 class ThreadTeam {
@@ -27,8 +30,8 @@ class ThreadTeam {
  private:
   struct Job {
     const std::function<void()>* work;
-    int wanted;   // helpers that may still join
-    int running;  // helpers at it
+    int wanted;                // helpers that may still join
+    std::atomic<int> running;  // helpers at it; changed under the mutex
   };
 
   ThreadTeam() = default;
@@ -40,7 +43,8 @@ class ThreadTeam {
   std::mutex mutex_;
   std::condition_variable posted_;
   std::condition_variable finished_;
-  std::vector<Job*> open_;  // jobs that want helpers, oldest first
+  std::vector<Job*> open_;            // jobs that want helpers, oldest first
+  std::atomic<bool> is_open_{false};  // whether there are any; changed under the mutex
   int threads_ = 0;
 };
 
