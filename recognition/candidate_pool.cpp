@@ -17,12 +17,12 @@ constexpr double kClearlyLess = 1.0;       // log odds: refinement trades silhou
 }  // namespace
 
 CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& scene,
-                             const AcceptanceModel& acceptance, double visibility, int jobs)
+                             const AcceptanceModel& acceptance, double facing_visibility, int jobs)
     : library_(library),
       scene_(scene),
       acceptance_(acceptance),
       sensor_(estimate_sensor(scene, jobs)),
-      facing_visibility_(0.6 * visibility),
+      facing_visibility_(facing_visibility),
       jobs_(jobs),
       dilation_(estimate_dilation({}, acceptance)) {}
 
@@ -90,7 +90,7 @@ void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& c
 
 const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
   DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_,
-                               std::move(judgements_));
+                               std::move(judgements_), jobs_);
   selected_ = is_last ? selection.select_best() : selection.select_clear();
   if (is_last) {
     std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_doubtful(s); });

@@ -20,8 +20,10 @@ namespace binpick {
 /// set.
 class CandidatePool {
  public:
+  /// `facing_visibility` is the least share of a candidate's points facing the sensor that must be
+  /// seen.
   CandidatePool(const ModelLibrary& library, const ObservedScene& scene,
-                const AcceptanceModel& acceptance, double visibility, int jobs);
+                const AcceptanceModel& acceptance, double facing_visibility, int jobs);
 
   /// Takes the hypotheses of one sampling round; at most `most_per_model` clusters are looked at.
   /// `slide` also searches along the directions that a flat face leaves open: for hypotheses from

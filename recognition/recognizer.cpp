@@ -31,9 +31,12 @@ constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affo
 constexpr int kMostRounds = 8;             // of sampling, default setting
 constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
 constexpr int kMostFlatRounds = 4;
+/// V of the points that face the sensor; less than 1, for of those some miss a normal or a pixel.
+constexpr double kFacingShare = 0.6;
 constexpr int kSpatialClusters = 60;  // looked at per round and model
 constexpr int kFlatClusters = 6;
-constexpr int kRoundsPerCount = 3;  // a round draws N / 3 pairs
+constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
+constexpr double kLaterVisibility = 0.25;  // of V: what is still hidden then shows less
 
 /// Accepts (M, T) or not; the accepted one comes back with its score.
 using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;
@@ -53,10 +56,7 @@ class Run {
       : library_(library),
         options_(options),
         seed_(seed),
-        scene_(image, scale(), options.jobs, derive_seed(seed, "support planes")),
-        shell_(scene_.octree(), static_cast<float>(library.pair_width()),
-               std::max(static_cast<float>(library.pair_tolerance()),
-                        0.5f * scene_.octree().leaf_size())) {
+        scene_(image, scale(), options.jobs, derive_seed(seed, "support planes")) {
     const ObservedScene::Timings& prepared = scene_.timings();
     result_.timings = {{"range_image", prepared.image},
                        {"octree", prepared.octree},
@@ -98,8 +98,9 @@ class Run {
     }
   }
 
-  /// Line 3 of Algorithm 1. The least instance to be found shows a share V of the smallest surface.
-  [[nodiscard]] int compute_iterations() const {
+  /// Line 3 of Algorithm 1. The least instance to be found shows a share `visibility` of the
+  /// smallest surface.
+  [[nodiscard]] int compute_iterations(double visibility) const {
     const double leaf_area = std::pow(static_cast<double>(scene_.octree().leaf_size()), 2);
     double smallest = library_.models().front().area;
     for (const RecognitionModel& model : library_.models()) {
@@ -107,7 +108,7 @@ class Run {
     }
     SamplingOdds odds;
     odds.scene_points = static_cast<double>(scene_.object_leaves().size());
-    odds.instance_points = std::max(options_.visibility * smallest / leaf_area, 1.0);
+    odds.instance_points = std::max(visibility * smallest / leaf_area, 1.0);
     odds.kept_fraction = std::max(library_.pairs().kept_fraction(), 1e-3);
     odds.same_object_share = options_.same_object_share;
     odds.success_probability = options_.success_probability;
@@ -121,7 +122,8 @@ class Run {
 
   /// Lines 5-8: an oriented scene point pair (u, v), if the shell round p_u holds a wanted p_v.
   [[nodiscard]] std::optional<std::pair<OrientedPoint, OrientedPoint>> sample_pair(
-      const std::vector<int>& sampled, Random& random, PairKind kind) const;
+      const std::vector<int>& sampled, const ShellSampler& shell, Random& random,
+      PairKind kind) const;
 
   [[nodiscard]] OrientedPoint oriented_point(int leaf) const {
     return {scene_.octree().point(leaf), scene_.normal(leaf)};
@@ -146,28 +148,27 @@ class Run {
   const RecognizerOptions& options_;
   const Seed seed_;
   ObservedScene scene_;
-  ShellSampler shell_;  // of width d and tolerance delta_d
   RecognitionResult result_;
 };
 
 std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
-    const std::vector<int>& sampled, Random& random, PairKind kind) const {
+    const std::vector<int>& sampled, const ShellSampler& shell, Random& random,
+    PairKind kind) const {
   // 3) sampling
-  const int leaf_u = sampled[random.index(sampled.size())];  // line 5
-  // 4) normal estimation: done for all points of S* beforehand                  // line 8
-  const OrientedPoint u = oriented_point(leaf_u);
-  std::optional<std::pair<OrientedPoint, OrientedPoint>> pair;
+  const OrientedPoint u = oriented_point(sampled[random.index(sampled.size())]);  // line 5
+  // 4) normal estimation: done for all points of S* beforehand                     // line 8
+  static thread_local std::vector<int> L;
+  shell.collect(u.p, L);  // line 6
   // If this p_v makes no pair of the wanted kind, another may.
-  int draws = kind == PairKind::kAny ? 1 : 4;
-  shell_.visit_in_random_order(leaf_u, random, [&](int leaf_v) {  // lines 6-7
-    if (!scene_.is_open(leaf_v)) return false;
-    if (kind != PairKind::kAny && !scene_.normal_is_reliable(leaf_v)) return false;
-    const OrientedPoint v = oriented_point(leaf_v);
-    const bool is_flat = kind != PairKind::kAny && is_coplanar(pair_descriptor(u, v));
-    if (is_flat == (kind == PairKind::kFlat)) pair.emplace(u, v);  // line 9
-    return pair.has_value() || --draws == 0;
-  });
-  return pair;
+  const std::size_t draws = std::min(L.size(), std::size_t{kind == PairKind::kAny ? 1u : 4u});
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    std::swap(L[draw], L[draw + random.index(L.size() - draw)]);
+    const OrientedPoint v = oriented_point(L[draw]);  // line 7
+    if (kind == PairKind::kAny) return std::pair(u, v);
+    const bool is_flat = is_coplanar(pair_descriptor(u, v));
+    if (is_flat == (kind == PairKind::kFlat)) return std::pair(u, v);  // line 9
+  }
+  return std::nullopt;
 }
 
 std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
@@ -177,11 +178,15 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
     bool has_pair = false;
     int hypotheses = 0;
   };
+  // Of width d and tolerance delta_d.
+  const ShellSampler shell(
+      scene_.octree(), sampled, static_cast<float>(library_.pair_width()),
+      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size()));
   std::vector<Iteration> done(static_cast<std::size_t>(iterations));
   parallel_for(iterations, options_.jobs, [&](int i) {  // line 4
     Iteration& iteration = done[static_cast<std::size_t>(i)];
     Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-    const auto pair = sample_pair(sampled, random, kind);  // lines 5-9
+    const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
     if (!pair) return;
     const auto F_wx = pair_frame(pair->first, pair->second);
     if (!F_wx) return;
@@ -217,7 +222,7 @@ void Run::recognize_as_printed() {
   Stopwatch watch;
   // 1) initialization (lines 1-2): scene_ holds the octree and S*
   // 2) number of iterations
-  const int N = compute_iterations();  // line 3
+  const int N = compute_iterations(options_.visibility);  // line 3
   std::vector<ModelTolerances> tolerances;
   for (const RecognitionModel& model : library_.models()) {
     tolerances.push_back(tolerances_for(model, scene_.noise()));
@@ -265,7 +270,7 @@ void Run::recognize_as_printed() {
 void Run::recognize_in_rounds() {
   Stopwatch watch;
   const auto& models = library_.models();
-  const auto V = static_cast<float>(1.2 * options_.visibility);
+  const auto V = static_cast<float>(kFacingShare * options_.visibility);
   std::vector<FacingThresholds> thresholds;
   for (const RecognitionModel& model : models) {
     thresholds.push_back({tolerances_for(model, scene_.noise()).coarse, V, 0.2f});
@@ -278,10 +283,15 @@ void Run::recognize_in_rounds() {
     if (!counts) return std::nullopt;
     return Hypothesis{M, T, counts->score()};
   };
-  const int iterations = (compute_iterations() + kRoundsPerCount - 1) / kRoundsPerCount;
+  const auto pairs_per_round = [&](double visibility) {
+    return (compute_iterations(visibility) + kRoundsPerCount - 1) / kRoundsPerCount;
+  };
+  const int first_pairs = pairs_per_round(options_.visibility);
+  const int later_pairs = pairs_per_round(kLaterVisibility * options_.visibility);
   const AcceptanceModel& acceptance =
       options_.acceptance != nullptr ? *options_.acceptance : calibrated_acceptance();
-  CandidatePool pool(library_, scene_, acceptance, options_.visibility, options_.jobs);
+  CandidatePool pool(library_, scene_, acceptance, kFacingShare * options_.visibility,
+                     options_.jobs);
   std::vector<int> sampled = sampled_leaves();
   const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
@@ -299,7 +309,8 @@ void Run::recognize_in_rounds() {
   };
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
     const std::size_t before = pool.selected().size();
-    sample_round(round, iterations, PairKind::kSpatial, kSpatialClusters);
+    sample_round(round, round == 0 ? first_pairs : later_pairs, PairKind::kSpatial,
+                 kSpatialClusters);
     if (round + 1 >= kRoundsPerCount && pool.selected().size() == before) break;
   }
   // What shows a single flat face has no pairs but flat ones. Larger faces come first.

@@ -59,11 +59,6 @@ class SceneOctree {
     return brick < 0 ? -1 : bricks_[static_cast<std::size_t>(brick)].leaf(cell);
   }
 
-  /// Calls visit(leaf, cell) for every full leaf with low <= cell <= high, brick by brick.
-  template <class Visit>
-  void for_each_leaf_between(const Eigen::Vector3i& low, const Eigen::Vector3i& high,
-                             const Visit& visit) const;
-
   /// The full leaves next to `leaf`, itself included.
   [[nodiscard]] std::vector<int> neighbours(int leaf) const;
 
@@ -131,37 +126,5 @@ class SceneOctree {
   std::vector<Moments> moments_;
   std::vector<Eigen::Vector3f> centres_of_mass_;
 };
-
-template <class Visit>
-void SceneOctree::for_each_leaf_between(const Eigen::Vector3i& low, const Eigen::Vector3i& high,
-                                        const Visit& visit) const {
-  const auto for_each_brick = [&](const auto& visit_brick) {
-    for (int z = low.z() >> 3; z <= high.z() >> 3; ++z) {
-      for (int y = low.y() >> 3; y <= high.y() >> 3; ++y) {
-        for (int x = low.x() >> 3; x <= high.x() >> 3; ++x) {
-          const int found = find_brick({x, y, z});
-          if (found >= 0) visit_brick(bricks_[static_cast<std::size_t>(found)]);
-        }
-      }
-    }
-  };
-  for_each_brick([&](const Brick& brick) {
-    constexpr std::uint64_t kColumn = 0x0101010101010101u;
-    const Eigen::Vector3i corner = 8 * brick.coordinates;
-    const Eigen::Vector3i first = (low - corner).cwiseMax(0);
-    const Eigen::Vector3i last = (high - corner).cwiseMin(7);
-    const std::uint64_t columns = ((0xffu >> (7 - last.x())) & (0xffu << first.x())) * kColumn;
-    const std::uint64_t rows =
-        (~std::uint64_t{0} >> (56 - 8 * last.y())) & (~std::uint64_t{0} << (8 * first.y()));
-    for (int z = first.z(); z <= last.z(); ++z) {
-      std::uint64_t wanted = brick.full[static_cast<std::size_t>(z)] & rows & columns;
-      for (; wanted != 0; wanted &= wanted - 1) {
-        const int bit = std::countr_zero(wanted);
-        const Eigen::Vector3i cell = corner + Eigen::Vector3i(bit & 7, bit >> 3, z);
-        visit(brick.leaf(cell), cell);
-      }
-    }
-  });
-}
 
 }  // namespace binpick

@@ -1,63 +1,70 @@
 #include "recognition/shell_sampler.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <numeric>
 
 namespace binpick {
+namespace {
 
-ShellSampler::ShellSampler(const SceneOctree& octree, float radius, float tolerance)
-    : octree_(octree) {
+constexpr float kMostCells = 64.0f;  // per axis: bounds the memory of wide scenes
+
+}  // namespace
+
+ShellSampler::ShellSampler(const SceneOctree& octree, const std::vector<int>& leaves, float radius,
+                           float tolerance) {
   const float inner = std::max(radius - tolerance, 0.0f);
   const float outer = radius + tolerance;
   squared_inner_ = inner * inner;
   squared_outer_ = outer * outer;
-  const float leaf = octree.leaf_size();
-  reach_ = static_cast<int>(outer / leaf) + 1;
-  // Two points in leaves (x, y, z) apart are between |x| - 1 and |x| + 1 leaves apart along x.
-  const auto nearest = [](int cells) {
-    return static_cast<float>(std::max(std::abs(cells) - 1, 0));
-  };
-  const auto farthest = [](int cells) { return static_cast<float>(std::abs(cells) + 1); };
-  const auto squared = [](float x, float y, float z) { return x * x + y * y + z * z; };
-  std::vector<Eigen::Vector3i> offsets;
-  for (int z = -reach_; z <= reach_; ++z) {
-    for (int y = -reach_; y <= reach_; ++y) {
-      for (int x = -reach_; x <= reach_; ++x) {
-        if (leaf * leaf * squared(nearest(x), nearest(y), nearest(z)) > squared_outer_) continue;
-        if (leaf * leaf * squared(farthest(x), farthest(y), farthest(z)) < squared_inner_) continue;
-        offsets.emplace_back(x, y, z);
-      }
-    }
+  if (leaves.empty()) return;
+  Eigen::AlignedBox3f box;
+  for (const int leaf : leaves) box.extend(octree.point(leaf));
+  low_ = box.min();
+  inverse_cell_ = 1.0f / std::max(outer, box.sizes().maxCoeff() / kMostCells);
+  cells_ = (box.sizes() * inverse_cell_).cast<int>() + Eigen::Vector3i::Ones();
+
+  // Counting sort by cell.
+  std::vector<std::size_t> cell_of_point;
+  cell_of_point.reserve(leaves.size());
+  first_.assign(static_cast<std::size_t>(cells_.prod()) + 1, 0);
+  for (const int leaf : leaves) {
+    const Eigen::Vector3i cell = cell_of(octree.point(leaf));
+    cell_of_point.push_back(index_of(cell.x(), cell.y(), cell.z()));
+    ++first_[cell_of_point.back() + 1];
   }
-  Random random(derive_seed(Seed{0}, "shell offsets"));
-  for (std::size_t i = offsets.size(); i > 1; --i) {  // Fisher-Yates
-    std::swap(offsets[i - 1], offsets[random.index(i)]);
-  }
-  offsets_ = offsets.size();
-  place_of_offset_.assign(index_of(Eigen::Vector3i::Constant(reach_)) + 1, -1);
-  for (std::size_t i = 0; i < offsets.size(); ++i) {
-    place_of_offset_[index_of(offsets[i])] = static_cast<int>(i);
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  std::vector<int> next(first_.begin(), first_.end() - 1);
+  points_.resize(leaves.size());
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    points_[static_cast<std::size_t>(next[cell_of_point[i]]++)] = {octree.point(leaves[i]),
+                                                                   leaves[i]};
   }
 }
 
-std::vector<ShellSampler::Turn> ShellSampler::shuffled(int leaf, int start) const {
-  const Eigen::Vector3i centre = octree_.cell(leaf);
-  const Eigen::Vector3f p = octree_.point(leaf);
-  const Eigen::Vector3i reach = Eigen::Vector3i::Constant(reach_);
-  std::vector<Turn> turns;
-  octree_.for_each_leaf_between(
-      centre - reach, centre + reach, [&](int other, const Eigen::Vector3i& cell) {
-        const int place = place_of_offset_[index_of(cell - centre)];
-        if (place < 0) return;
-        const float squared = (octree_.point(other) - p).squaredNorm();
-        if (squared < squared_inner_ || squared > squared_outer_) return;
-        turns.push_back(
-            {place < start ? place + static_cast<int>(offsets_) - start : place - start, other});
-      });
-  std::sort(turns.begin(), turns.end(),
-            [](const Turn& a, const Turn& b) { return a.place < b.place; });
-  return turns;
+Eigen::Vector3i ShellSampler::cell_of(const Eigen::Vector3f& p) const {
+  return ((p - low_) * inverse_cell_).cast<int>();
+}
+
+void ShellSampler::collect(const Eigen::Vector3f& centre, std::vector<int>& shell) const {
+  shell.clear();
+  if (points_.empty()) return;
+  const Eigen::Vector3i cell = cell_of(centre);
+  const Eigen::Vector3i from = (cell - Eigen::Vector3i::Ones()).cwiseMax(0);
+  const Eigen::Vector3i to =
+      (cell + Eigen::Vector3i::Ones()).cwiseMin(cells_ - Eigen::Vector3i::Ones());
+  for (int z = from.z(); z <= to.z(); ++z) {
+    for (int y = from.y(); y <= to.y(); ++y) {
+      // The cells of a row follow each other.
+      const auto begin = static_cast<std::size_t>(first_[index_of(from.x(), y, z)]);
+      const auto end = static_cast<std::size_t>(first_[index_of(to.x(), y, z) + 1]);
+      for (std::size_t i = begin; i < end; ++i) {
+        const float squared = (points_[i].p - centre).squaredNorm();
+        if (squared >= squared_inner_ && squared <= squared_outer_)
+          shell.push_back(points_[i].leaf);
+      }
+    }
+  }
 }
 
 }  // namespace binpick

@@ -23,6 +23,8 @@ constexpr std::array<const char*, kFeatures> kFeatureNames = {
     "claimed",    "continued",  "edges",   "missed",     "edge_offset", "spread",      "res_bias",
     "res_spread", "normal_err", "faces",   "unseen",     "fixed",       "resolution"};
 
+constexpr double kNearTruth = 0.1;  // diameters
+
 /// The scene as the recognizer sees it.
 struct View {
   RangeImage image;
@@ -154,6 +156,27 @@ std::string pair_statistics(const SyntheticFrame& frame, std::size_t instance,
       sampled, tried, pairs, near, stood);
 }
 
+/// Of the hypotheses near the truth the most credible, of others the nearest; and how far it is
+/// off, in diameters.
+std::pair<const ConsideredHypothesis*, double> most_credible_near(const Eigen::Isometry3d& T_true,
+                                                                  const RecognitionModel& model,
+                                                                  const RecognitionResult& result) {
+  std::pair<const ConsideredHypothesis*, double> found{nullptr,
+                                                       std::numeric_limits<double>::infinity()};
+  double best = -std::numeric_limits<double>::infinity();
+  for (const ConsideredHypothesis& considered : result.considered) {
+    if (considered.model != model.name) continue;
+    const double error = mssd(considered.T_camera_model, T_true, model.hull, model.symmetries) /
+                         static_cast<double>(model.diameter);
+    const double credibility =
+        error < kNearTruth ? calibrated_acceptance().log_odds(considered.features) : -1e3 * error;
+    if (credibility <= best) continue;
+    best = credibility;
+    found = {&considered, error};
+  }
+  return found;
+}
+
 }  // namespace
 
 std::string diagnose_miss(const SyntheticFrame& frame, std::size_t instance,
@@ -163,22 +186,13 @@ std::string diagnose_miss(const SyntheticFrame& frame, std::size_t instance,
   const View view = view_of(frame);
   const Eigen::Isometry3d T_true =
       view.T_scene_camera.inverse() * frame.T_scene_camera * truth.T_camera_model;
-  const ConsideredHypothesis* nearest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
-  for (const ConsideredHypothesis& considered : result.considered) {
-    if (considered.model != model.name) continue;
-    const double error = mssd(considered.T_camera_model, T_true, model.hull, model.symmetries) /
-                         static_cast<double>(model.diameter);
-    if (error >= least) continue;
-    least = error;
-    nearest = &considered;
-  }
+  const auto [nearest, least] = most_credible_near(T_true, model, result);
   const ObservedScene scene = observe(view, library);
   const Eigen::Isometry3f T = T_true.cast<float>();
   std::string text =
       fmt::format("miss {} shows {:.2f}, {:.2f} of it taken for support: ", model.name,
                   truth.visible_share, support_share(scene, model, T));
-  if (nearest != nullptr && least < 0.1) {
+  if (nearest != nullptr && least < kNearTruth) {
     return text +
            fmt::format("{} at {:.3f} diameters, ", nearest->is_selected ? "SELECTED" : "REJECTED",
                        least) +

@@ -113,7 +113,7 @@ class Evaluation {
                 const RecognitionResult& result, const FrameScore& score) const {
     for (std::size_t i = 0; i < score.found.size(); ++i) {
       const TrueInstance& instance = frame.scene.instances[i];
-      if (score.found[i] || !instance.in_frame || instance.visible_share < 0.3) continue;
+      if (score.found[i] || !instance.in_frame || instance.visible_share < 0.15) continue;
       fmt::print("{} {}: {}\n", variant, scene, diagnose_miss(frame, i, result, *library_));
     }
     for (const std::size_t d : score.false_detections) {

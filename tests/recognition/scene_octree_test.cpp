@@ -69,34 +69,6 @@ TEST(SceneOctree, NeighboursDifferByAtMostOneInEveryCoordinate) {
   }
 }
 
-TEST(SceneOctree, LeavesBetweenTwoCellsAreThoseOfBruteForce) {
-  const SceneOctree octree(random_points(3000, 3), kLeaf);
-  Random random(7);
-  for (int i = 0; i < 40; ++i) {
-    const auto corner = [&] {
-      return octree.cell(static_cast<int>(random.index(static_cast<std::uint64_t>(octree.size()))));
-    };
-    const Eigen::Vector3i a = corner();
-    const Eigen::Vector3i b = corner();
-    const Eigen::Vector3i low = a.cwiseMin(b);
-    const Eigen::Vector3i high = a.cwiseMax(b);
-    std::vector<int> expected;
-    for (int leaf = 0; leaf < octree.size(); ++leaf) {
-      const Eigen::Vector3i& cell = octree.cell(leaf);
-      if ((cell.array() >= low.array()).all() && (cell.array() <= high.array()).all()) {
-        expected.push_back(leaf);
-      }
-    }
-    std::vector<int> found;
-    octree.for_each_leaf_between(low, high, [&](int leaf, const Eigen::Vector3i& cell) {
-      EXPECT_EQ(cell, octree.cell(leaf));
-      found.push_back(leaf);
-    });
-    std::sort(found.begin(), found.end());
-    EXPECT_EQ(found, expected);
-  }
-}
-
 TEST(SceneOctree, DoesNotDependOnTheNumberOfThreads) {
   const std::vector<Eigen::Vector3f> points = random_points(60000, 6);
   const SceneOctree one(points, kLeaf, 1);

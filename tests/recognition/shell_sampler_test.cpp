@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
-#include <set>
+#include <numeric>
+#include <vector>
+
+#include "models/random.h"
 
 namespace binpick {
 namespace {
@@ -22,70 +24,57 @@ SceneOctree random_octree(Seed seed) {
   return SceneOctree(points, kLeaf);
 }
 
-TEST(ShellSampler, VisitsWhatBruteForceFindsOnce) {
+std::vector<int> every(int step, const SceneOctree& octree) {
+  std::vector<int> leaves;
+  for (int leaf = 0; leaf < octree.size(); leaf += step) leaves.push_back(leaf);
+  return leaves;
+}
+
+TEST(ShellSampler, CollectsWhatBruteForceFindsOnce) {
   const SceneOctree octree = random_octree(3);
   Random random(4);
   for (int i = 0; i < 50; ++i) {
-    const auto centre = static_cast<int>(random.index(static_cast<std::uint64_t>(octree.size())));
+    const std::vector<int> leaves = every(1 + i % 5, octree);
+    const Eigen::Vector3f centre = octree.point(leaves[random.index(leaves.size())]);
     const auto radius = static_cast<float>(random.uniform(0.0, 0.2));
     const auto tolerance = static_cast<float>(random.uniform(0.001, 0.01));
-    std::set<int> expected;
-    for (int leaf = 0; leaf < octree.size(); ++leaf) {
-      const float distance = (octree.point(leaf) - octree.point(centre)).norm();
-      if (distance >= radius - tolerance && distance <= radius + tolerance) expected.insert(leaf);
+    std::vector<int> expected;
+    for (const int leaf : leaves) {
+      const float squared = (octree.point(leaf) - centre).squaredNorm();
+      const float inner = std::max(radius - tolerance, 0.0f);
+      const float outer = radius + tolerance;
+      if (squared >= inner * inner && squared <= outer * outer) expected.push_back(leaf);
     }
-    std::vector<int> found;
-    ShellSampler(octree, radius, tolerance).visit_in_random_order(centre, random, [&](int leaf) {
-      found.push_back(leaf);
-      return false;
-    });
-    EXPECT_EQ(std::set<int>(found.begin(), found.end()).size(), found.size());
-    // A point within rounding of the shell's edge may fall on either side.
-    for (const int leaf : found) expected.insert(leaf);
-    for (const int leaf : expected) {
-      if (std::find(found.begin(), found.end(), leaf) != found.end()) continue;
-      const float distance = (octree.point(leaf) - octree.point(centre)).norm();
-      EXPECT_LT(std::min(std::abs(distance - radius - tolerance),
-                         std::abs(distance - radius + tolerance)),
-                1e-6f);
-    }
+    std::vector<int> found{-7};  // of an earlier query
+    ShellSampler(octree, leaves, radius, tolerance).collect(centre, found);
+    std::sort(found.begin(), found.end());
+    EXPECT_EQ(found, expected);
   }
 }
 
-TEST(ShellSampler, DrawsAllPointsOfAShellAboutEquallyOften) {
-  const SceneOctree octree = random_octree(5);
-  const ShellSampler sampler(octree, 0.06f, 0.005f);
-  const int centre = octree.size() / 2;
-  Random random(6);
-  std::map<int, int> drawn;
-  constexpr int kDraws = 40000;
-  for (int i = 0; i < kDraws; ++i) {
-    sampler.visit_in_random_order(centre, random, [&](int leaf) {
-      ++drawn[leaf];
-      return true;
-    });
+TEST(ShellSampler, ASceneMuchWiderThanTheShellTakesBoundedMemory) {
+  std::vector<Eigen::Vector3f> points;
+  for (const float far : {0.0f, 1e3f}) {
+    for (const float near : {0.0f, 0.06f}) points.emplace_back(far + near, far, 1.0f + far);
   }
-  std::size_t in_shell = 0;
-  sampler.visit_in_random_order(centre, random, [&](int) {
-    ++in_shell;
-    return false;
-  });
-  ASSERT_GT(in_shell, 50u);
-  // The gaps of a shuffled list are geometrically distributed: nearly all points are drawn, none
-  // much more often than log(points) times its share.
-  EXPECT_GT(static_cast<double>(drawn.size()), 0.75 * static_cast<double>(in_shell));
-  for (const auto& [leaf, count] : drawn) {
-    EXPECT_LT(count * static_cast<double>(in_shell), 12.0 * kDraws);
+  const SceneOctree octree(points, kLeaf);
+  ASSERT_EQ(octree.size(), 4);
+  const ShellSampler sampler(octree, every(1, octree), 0.06f, 0.005f);
+  for (int leaf = 0; leaf < octree.size(); ++leaf) {
+    std::vector<int> shell;
+    sampler.collect(octree.point(leaf), shell);
+    EXPECT_EQ(shell.size(), 1u);
   }
 }
 
 TEST(ShellSampler, AnEmptyShellGivesNothing) {
   const SceneOctree octree({Eigen::Vector3f(0.0f, 0.0f, 1.0f)}, kLeaf);
-  Random random(1);
-  ShellSampler(octree, 0.06f, 0.005f).visit_in_random_order(0, random, [](int) {
-    ADD_FAILURE() << "there is no other point";
-    return true;
-  });
+  std::vector<int> shell{0};
+  ShellSampler(octree, {0}, 0.06f, 0.005f).collect(octree.point(0), shell);
+  EXPECT_TRUE(shell.empty());
+  shell = {0};
+  ShellSampler(octree, {}, 0.06f, 0.005f).collect(octree.point(0), shell);
+  EXPECT_TRUE(shell.empty());
 }
 
 }  // namespace
