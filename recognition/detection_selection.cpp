@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "recognition/parallel_for.h"
 #include "recognition/pose_metrics.h"
 
 namespace binpick {
@@ -69,15 +70,16 @@ DetectionSelection::DetectionSelection(std::span<const RecognitionModel> models,
                                        const ObservedScene& scene, const SensorEstimate& sensor,
                                        const AcceptanceModel& acceptance,
                                        std::span<const Candidate> candidates,
-                                       JudgementMemory memory)
+                                       JudgementMemory memory, int jobs)
     : models_(models),
       scene_(scene),
+      sensor_(sensor),
       acceptance_(acceptance),
       candidates_(candidates),
       dilation_(estimate_dilation(candidates, acceptance)),
       least_log_odds_(
           std::log(acceptance.least_probability / (1.0 - acceptance.least_probability))),
-      gatherer_(scene, sensor),
+      jobs_(jobs),
       memory_(std::move(memory)) {
   memory_.resize(candidates.size());
   for (const Candidate& candidate : candidates) {
@@ -115,32 +117,53 @@ std::vector<std::size_t> DetectionSelection::within(
   return near;
 }
 
+std::unique_ptr<DetectionSelection::Desk> DetectionSelection::free_desk() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!free_desks_.empty()) {
+      std::unique_ptr<Desk> desk = std::move(free_desks_.back());
+      free_desks_.pop_back();
+      return desk;
+    }
+  }
+  return std::make_unique<Desk>(
+      Desk{EvidenceGatherer(scene_, sensor_), PixelClaims(scene_.pixels().size(), -1)});
+}
+
+void DetectionSelection::leave(std::unique_ptr<Desk> desk) {
+  const std::lock_guard lock(mutex_);
+  free_desks_.push_back(std::move(desk));
+}
+
 /// What the candidate explains beside the chosen ones. In whatever order they were chosen, together
 /// they claim the same pixels.
 const JudgedCandidate::Judgement& DetectionSelection::look_at(
-    std::size_t candidate, const PixelClaims& claims,
-    const std::vector<SelectedCandidate>& chosen) {
+    std::size_t candidate, Desk& desk, const std::vector<SelectedCandidate>& chosen) {
   JudgedCandidate& known = memory_[candidate];
-  if (known.reached) {
-    const std::vector<std::size_t> beside = within(*known.reached, chosen);
-    for (const JudgedCandidate::Judgement& judgement : known.judgements) {
-      if (judgement.beside == beside) return judgement;
+  {
+    const std::lock_guard lock(mutex_);
+    if (known.reached) {
+      const std::vector<std::size_t> beside = within(*known.reached, chosen);
+      for (const JudgedCandidate::Judgement& judgement : known.judgements) {
+        if (judgement.beside == beside) return judgement;
+      }
     }
   }
   const Candidate& pose = candidates_[candidate];
-  JudgedCandidate::Judgement& judgement = known.judgements.emplace_back();
+  JudgedCandidate::Judgement judgement;
   judgement.evidence =
-      gatherer_.gather(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model, &claims,
-                       static_cast<std::int32_t>(candidate));
-  gatherer_.explained_pixels(judgement.pixels);
-  known.reached = gatherer_.reached();
+      desk.gatherer.gather(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model,
+                           &desk.claims, static_cast<std::int32_t>(candidate));
+  desk.gatherer.explained_pixels(judgement.pixels);
+  const std::lock_guard lock(mutex_);
+  known.reached = desk.gatherer.reached();
   judgement.beside = within(*known.reached, chosen);
-  return judgement;
+  return known.judgements.emplace_back(std::move(judgement));
 }
 
-SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelClaims& claims,
+SelectedCandidate DetectionSelection::judge(std::size_t candidate, Desk& desk,
                                             const std::vector<SelectedCandidate>& chosen) {
-  const JudgedCandidate::Judgement& judgement = look_at(candidate, claims, chosen);
+  const JudgedCandidate::Judgement& judgement = look_at(candidate, desk, chosen);
   SelectedCandidate judged;
   judged.candidate = candidate;
   judged.evidence = judgement.evidence;
@@ -154,8 +177,8 @@ SelectedCandidate DetectionSelection::judge(std::size_t candidate, const PixelCl
 /// taken before; none that is the same object as `without`.
 DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::size_t>& first,
                                                       std::optional<std::size_t> without) {
-  PixelClaims& claims = claims_;
-  claims.resize(scene_.pixels().size(), -1);
+  std::unique_ptr<Desk> desk = free_desk();
+  PixelClaims& claims = desk->claims;
   std::vector<double> log_odds = alone_;
   std::vector<char> is_stale(candidates_.size(), 0);
   std::vector<char> is_open(candidates_.size(), 1);
@@ -181,7 +204,7 @@ DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::siz
     choice.selected.push_back(std::move(judged));
   };
   const auto judge_now = [&](std::size_t i) {
-    SelectedCandidate judged = judge(i, claims, choice.selected);
+    SelectedCandidate judged = judge(i, *desk, choice.selected);
     choice.decided[i] = judged.features;
     return judged;
   };
@@ -214,6 +237,7 @@ DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::siz
   for (const SelectedCandidate& taken : choice.selected) {
     for (const int pixel : taken.pixels) claims[static_cast<std::size_t>(pixel)] = -1;
   }
+  leave(std::move(desk));
   return choice;
 }
 
@@ -232,8 +256,12 @@ void DetectionSelection::exchange(Choice& choice) {
   std::stable_sort(losers.begin(), losers.end(),
                    [&](std::size_t a, std::size_t b) { return alone_[a] > alone_[b]; });
   losers.resize(std::min(losers.size(), kMostExchanges));
-  for (const std::size_t loser : losers) {
-    Choice other = choose({loser});
+  std::vector<Choice> others(losers.size());
+  parallel_for(static_cast<int>(losers.size()), jobs_, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    others[index] = choose({losers[index]});
+  });
+  for (Choice& other : others) {
     if (sum_of_log_odds(other.selected) > sum_of_log_odds(choice.selected) + kWorthExchanging) {
       choice = std::move(other);
     }
@@ -244,15 +272,21 @@ void DetectionSelection::exchange(Choice& choice) {
 /// choice begins anew without it. What is less likely right than wrong takes nobody's place.
 void DetectionSelection::find_margins(std::vector<SelectedCandidate>& selected) {
   const double least = std::exchange(least_log_odds_, kEvenOdds);
-  const double all = sum_of_gains(selected);
-  for (SelectedCandidate& member : selected) {
+  // Of each member: what is kept beside the others, then what is chosen anew.
+  std::vector<double> gains(2 * selected.size());
+  parallel_for(static_cast<int>(gains.size()), jobs_, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    const SelectedCandidate& member = selected[index / 2];
     std::vector<std::size_t> others;
     for (const SelectedCandidate& other : selected) {
-      if (other.candidate != member.candidate) others.push_back(other.candidate);
+      const bool is_kept = index % 2 == 0 && other.candidate != member.candidate;
+      if (is_kept) others.push_back(other.candidate);
     }
-    const double kept = sum_of_gains(choose(others, member.candidate).selected);
-    const double anew = sum_of_gains(choose({}, member.candidate).selected);
-    member.margin = all - std::max(kept, anew);
+    gains[index] = sum_of_gains(choose(others, member.candidate).selected);
+  });
+  const double all = sum_of_gains(selected);
+  for (std::size_t i = 0; i < selected.size(); ++i) {
+    selected[i].margin = all - std::max(gains[2 * i], gains[2 * i + 1]);
   }
   least_log_odds_ = least;
 }

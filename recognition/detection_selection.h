@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <list>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <utility>
@@ -41,7 +44,7 @@ struct JudgedCandidate {
     std::vector<int> pixels;  ///< which it explains
   };
   std::optional<PixelBox> reached;  ///< once it has been judged
-  std::vector<Judgement> judgements;
+  std::list<Judgement> judgements;  // a list, as others look at them while more are added
 };
 /// By candidate. It holds as long as they stay where they are; new ones may follow.
 using JudgementMemory = std::vector<JudgedCandidate>;
@@ -58,11 +61,15 @@ using JudgementMemory = std::vector<JudgedCandidate>;
 /// sum of their log odds is as large as greedy choice and single exchanges make it. What a chosen
 /// candidate explains is no evidence for another, nor against it: a neighbour that goes on where
 /// the model ends, or lies just in front of it, contradicts only as long as it is unexplained.
+///
+/// The many choices of select_best() are made on up to `jobs` threads. They share what they find
+/// out about a candidate beside given others, which is the same whoever finds it out.
 class DetectionSelection {
  public:
   DetectionSelection(std::span<const RecognitionModel> models, const ObservedScene& scene,
                      const SensorEstimate& sensor, const AcceptanceModel& acceptance,
-                     std::span<const Candidate> candidates, JudgementMemory memory = {});
+                     std::span<const Candidate> candidates, JudgementMemory memory = {},
+                     int jobs = 1);
 
   /// Best first, of what is clearly right, by greedy choice: for the search for more.
   [[nodiscard]] std::vector<SelectedCandidate> select_clear();
@@ -89,13 +96,20 @@ class DetectionSelection {
     std::vector<SelectedCandidate> selected;
     std::vector<FeatureVector> decided;
   };
+  /// What a choice is made with.
+  struct Desk {
+    EvidenceGatherer gatherer;
+    PixelClaims claims;  // none but while a set is chosen
+  };
+  [[nodiscard]] std::unique_ptr<Desk> free_desk();
+  void leave(std::unique_ptr<Desk> desk);
+
   [[nodiscard]] Choice choose(const std::vector<std::size_t>& first,
                               std::optional<std::size_t> without = std::nullopt);
-  [[nodiscard]] SelectedCandidate judge(std::size_t candidate, const PixelClaims& claims,
+  [[nodiscard]] SelectedCandidate judge(std::size_t candidate, Desk& desk,
                                         const std::vector<SelectedCandidate>& chosen);
   [[nodiscard]] const JudgedCandidate::Judgement& look_at(
-      std::size_t candidate, const PixelClaims& claims,
-      const std::vector<SelectedCandidate>& chosen);
+      std::size_t candidate, Desk& desk, const std::vector<SelectedCandidate>& chosen);
   [[nodiscard]] std::vector<std::size_t> within(const PixelBox& box,
                                                 const std::vector<SelectedCandidate>& chosen) const;
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
@@ -105,13 +119,15 @@ class DetectionSelection {
 
   std::span<const RecognitionModel> models_;
   const ObservedScene& scene_;
+  const SensorEstimate& sensor_;
   const AcceptanceModel& acceptance_;
   std::span<const Candidate> candidates_;
   double dilation_;
   double least_log_odds_;  // of whoever is chosen
-  EvidenceGatherer gatherer_;
-  JudgementMemory memory_;
-  PixelClaims claims_;  // none but while a set is chosen
+  int jobs_;
+  std::mutex mutex_;        // of the memory and the desks
+  JudgementMemory memory_;  // grows while choices are made
+  std::vector<std::unique_ptr<Desk>> free_desks_;
   std::vector<Footprint> footprints_;
   std::vector<FeatureVector> alone_features_;  // of each candidate as if there were no other
   std::vector<double> alone_;                  // their log odds
