@@ -78,6 +78,9 @@ struct ExperimentConfig {
   std::vector<PaperCount> paper;
   std::vector<GateConfig> gates;
 
+  /// What pages and tables are headed by: the title or, without one, the name.
+  [[nodiscard]] const std::string& heading() const { return title.empty() ? name : title; }
+
   /// Visits all keys. `parameters` is made from `registry` as soon as the kind's name is known.
   void visit(ConfigVisitor& visitor, const TrialKindRegistry& registry,
              std::unique_ptr<TrialKind>& parameters);

@@ -14,6 +14,7 @@
 #include "experiments/reproduce_command.h"
 #include "experiments/run_command.h"
 #include "experiments/status_command.h"
+#include "experiments/view_command.h"
 #include "experiments/worker_loop.h"
 #include "models/errors.h"
 
@@ -31,6 +32,7 @@ int parse_and_run(int argc, char** argv, const TrialKindRegistry& registry,
   add_merge_command(app, registry, exit_code);
   add_status_command(app, registry, exit_code);
   add_reproduce_command(app, registry, exit_code);
+  add_view_command(app, registry, exit_code);
   for (const AddCommand& add : more) add(app, exit_code);
   try {
     app.parse(argc, argv);

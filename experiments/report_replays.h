@@ -16,6 +16,9 @@ struct TraceSection {
   std::map<TrialKey, std::string> anchors;  ///< of the trials that it shows
 };
 
+/// Of pictures and replays in a page that is to be sent by mail and opened on a phone.
+inline constexpr std::size_t kMostTraceBytes = 18'000'000;
+
 /// The bundled script of the 3-D view, empty when this build has none.
 [[nodiscard]] std::string replay_script();
 

@@ -157,8 +157,8 @@ void make_traces(const ResultFolder& folder, const Experiment& experiment,
     }
   }
   if (waiting.empty()) return;
-  fmt::print(stderr, "running {} trials again for pictures and replays (--replays)\n",
-             waiting.size());
+  fmt::print(stderr, "running {} trial{} again for pictures and replays\n", waiting.size(),
+             waiting.size() == 1 ? "" : "s");
   std::reverse(waiting.begin(), waiting.end());
   // As generous as the runner's own limit by the clock.
   const auto limit = std::chrono::duration_cast<Clock::duration>(

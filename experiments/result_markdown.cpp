@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "experiments/result_table.h"
 #include "experiments/stiffness_claims.h"
 
@@ -74,10 +72,8 @@ std::string plane_table(const std::vector<StiffnessPlane>& planes, const Experim
 
 std::string rates(const Experiment& experiment, const ResultSummary& summary,
                   const std::vector<StiffnessPlane>& planes) {
-  const bool with_paper =
-      std::any_of(summary.cells.begin(), summary.cells.end(),
-                  [](const CellSummary& cell) { return cell.paper.has_value(); });
-  if (planes.empty() || with_paper) return cell_table(experiment, summary).markdown() + "\n";
+  if (planes.empty() || summary.has_paper())
+    return cell_table(experiment, summary).markdown() + "\n";
   if (planes.size() > kMostMaps) return "";
   std::string maps;
   for (const StiffnessPlane& plane : planes) maps += plane_map(plane, summary);
@@ -88,11 +84,9 @@ std::string rates(const Experiment& experiment, const ResultSummary& summary,
 
 std::string result_markdown(const Experiment& experiment, const RunResults& results,
                             const ResultSummary& summary) {
-  const ExperimentConfig& config = experiment.config();
   const auto planes = stiffness_planes(experiment, trials_of(experiment, results.trials));
-  std::string text =
-      fmt::format("### {}\n\n{}\n", config.title.empty() ? config.name : config.title,
-                  origin_line(experiment, results, summary));
+  std::string text = fmt::format("### {}\n\n{}\n", experiment.config().heading(),
+                                 origin_line(experiment, results, summary));
   text += rates(experiment, summary, planes);
   if (!planes.empty()) text += plane_table(planes, experiment, summary);
   if (planes.size() <= kMostMaps) {

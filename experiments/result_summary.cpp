@@ -136,6 +136,11 @@ bool ResultSummary::gates_passed() const {
                      [](const GateResult& gate) { return gate.passed; });
 }
 
+bool ResultSummary::has_paper() const {
+  return std::any_of(cells.begin(), cells.end(),
+                     [](const CellSummary& cell) { return cell.paper.has_value(); });
+}
+
 std::optional<std::size_t> column_axis(const ExperimentConfig& config) {
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     if (config.axes[i].columns) return i;

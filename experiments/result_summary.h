@@ -66,6 +66,8 @@ struct ResultSummary {
 
   [[nodiscard]] bool complete() const { return pooled.trials == expected_trials; }
   [[nodiscard]] bool gates_passed() const;
+  /// Whether there is a paper's count for any cell.
+  [[nodiscard]] bool has_paper() const;
 };
 
 /// The trials of `table` that belong to the experiment; see TrialQuota.

@@ -69,9 +69,7 @@ std::string gate_line(const GateResult& gate) {
 
 TextTable cell_table(const Experiment& experiment, const ResultSummary& summary) {
   const ExperimentConfig& config = experiment.config();
-  const bool with_paper =
-      std::any_of(summary.cells.begin(), summary.cells.end(),
-                  [](const CellSummary& cell) { return cell.paper.has_value(); });
+  const bool with_paper = summary.has_paper();
   TextTable table(header_of(config, summary, with_paper));
   const auto axis = column_axis(config);
   for (std::size_t row = 0; row < summary.columns.front().cells.size(); ++row) {
@@ -182,7 +180,7 @@ std::vector<std::string> table_statements(const Experiment& experiment,
 
 std::string result_table(const Experiment& experiment, const ResultSummary& summary) {
   const ExperimentConfig& config = experiment.config();
-  std::string text = (config.title.empty() ? config.name : config.title) + "\n\n";
+  std::string text = config.heading() + "\n\n";
   text += cell_table(experiment, summary).text() + "\n";
   for (const std::string& statement : table_statements(experiment, summary)) {
     text += statement + "\n";

@@ -185,6 +185,25 @@ TEST_F(ProgramRun, AReportRunsFailedTrialsAgainOnce) {
   EXPECT_TRUE(read_whole_file(folder_ / "out" / "report.html") == html);
 }
 
+TEST_F(ProgramRun, AViewIsAPageOfOneTrial) {
+  configure("rate: 0.6");
+  ASSERT_EQ(run_into("out", {"--trials", "3"}), 0) << err_;
+  const auto view_trial = [&](const std::string& trial) {
+    std::vector<std::string> arguments{"view",    "out", "--cell", "rate=0.3,side=tails",
+                                       "--trial", trial};
+    ChildOptions no_display;
+    no_display.environment = {{"DISPLAY", ""}, {"WAYLAND_DISPLAY", ""}};
+    return run(arguments, no_display);
+  };
+  ASSERT_EQ(view_trial("2"), 0) << err_;
+  EXPECT_THAT(err_, HasSubstr("no display here"));
+  const std::string html = read_whole_file(folder_ / "out" / "view_rate=0.3,side=tails_2.html");
+  EXPECT_THAT(html, HasSubstr("<h3>rate=0.3,side=tails, trial 2: "));
+  EXPECT_THAT(html, Not(HasSubstr("<article id=\"trial-1\">")));
+  EXPECT_EQ(view_trial("3"), 2);
+  EXPECT_THAT(err_, HasSubstr("no trial 3 of cell rate=0.3,side=tails here"));
+}
+
 TEST_F(ProgramRun, AReportWithoutReplaysRunsNothing) {
   configure("rate: 0.6");
   ASSERT_EQ(run_into("out"), 0) << err_;

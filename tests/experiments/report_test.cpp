@@ -79,6 +79,14 @@ TEST(Report, IsWellFormedAndSelfContained) {
   EXPECT_THAT(html, HasSubstr("<svg"));
 }
 
+TEST(Report, SaysWhenTrialsAreMissing) {
+  const Experiment experiment = coin_experiment();
+  RunResults results = coin_results(experiment);
+  EXPECT_THAT(page(experiment, results), Not(HasSubstr("Not finished")));
+  results.trials.erase({"rate=0.3,side=heads", 3});
+  EXPECT_THAT(page(experiment, results), HasSubstr("Not finished: 1 of 120 trials are missing"));
+}
+
 TEST(Report, EscapesEverything) {
   const Experiment experiment = hostile_experiment();
   const std::string html = page(experiment, coin_results(experiment), "a <folder>'s");
