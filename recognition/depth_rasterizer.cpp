@@ -45,6 +45,32 @@ struct Edge {
   }
 };
 
+/// The pixels [begin, end) of four rows whose centres lie within a triangle.
+struct RowSpans {
+  Floats rows;
+  Ints begin;
+  Ints end;  // not above `begin` where the triangle has none
+
+  /// From row `v` on, within the columns [first_u, last_u] of the image.
+  RowSpans(const std::array<Edge, 3>& edges, int v, float first_u, float last_u)
+      : rows(__builtin_convertvector(v + kLaneIndices, Floats)) {
+    Floats left = first_u + Floats{};
+    Floats right = last_u + Floats{};
+    for (const Edge& edge : edges) {
+      const Floats u = edge.u + edge.slope * (rows - edge.v);
+      const Floats from = u - kEdgeSlack;
+      const Floats to = u + kEdgeSlack;
+      if (edge.side == Edge::kLeft) left = left < from ? from : left;
+      if (edge.side == Edge::kRight) right = to < right ? to : right;
+    }
+    // No column is negative, so that cutting off rounds down.
+    const Ints is_empty = ~(left <= right);
+    const Ints whole = __builtin_convertvector(left, Ints);
+    begin = whole - (__builtin_convertvector(whole, Floats) < left);  // true is -1
+    end = is_empty ? begin : __builtin_convertvector(right, Ints) + 1;
+  }
+};
+
 }  // namespace
 
 void DepthRasterizer::draw(const std::array<std::int32_t, 3>& corners, std::int32_t triangle) {
@@ -71,30 +97,26 @@ void DepthRasterizer::draw(const std::array<std::int32_t, 3>& corners, std::int3
   const float by_u = (ab.z() * ac.y() - ac.z() * ab.y()) * inverse_area;
   const float by_v = (ac.z() * ab.x() - ab.z() * ac.x()) * inverse_area;
   const std::array<Edge, 3> edges = {Edge(a, b), Edge(b, c), Edge(c, a)};
-  for (int v = first_v; v <= last_v; ++v) {
-    const auto row = static_cast<float>(v);
-    float left = std::max(low_u, static_cast<float>(rendered_.u0));
-    float right = std::min(high_u, static_cast<float>(rendered_.u0 + rendered_.width - 1));
-    for (const Edge& edge : edges) {
-      const float u = edge.u + edge.slope * (row - edge.v);
-      if (edge.side == Edge::kLeft) left = std::max(left, u - kEdgeSlack);
-      if (edge.side == Edge::kRight) right = std::min(right, u + kEdgeSlack);
-    }
-    if (!(left <= right)) continue;
-    const int begin = static_cast<int>(std::ceil(left)) - rendered_.u0;
-    const int end = static_cast<int>(std::floor(right)) + 1 - rendered_.u0;
-    const float at_row = a.z() + by_v * (row - a.y()) - by_u * a.x();
-    const std::size_t offset = rendered_.index(0, v - rendered_.v0);
-    float* inverse_depths = rendered_.depth.data() + offset;
-    std::int32_t* triangles = rendered_.triangle.data() + offset;
-    for (int u = begin; u < end; u += kLanes) {
-      const Ints columns = u + kLaneIndices;
-      const Floats inverses =
-          at_row + by_u * __builtin_convertvector(rendered_.u0 + columns, Floats);
-      const Floats farther = load<Floats>(inverse_depths + u);
-      const Ints is_nearer = (inverses > farther) & (columns < end);
-      store(inverse_depths + u, is_nearer ? inverses : farther);
-      store(triangles + u, is_nearer ? triangle + Ints{} : load<Ints>(triangles + u));
+  const int u0 = rendered_.u0;
+  const float first_u = std::max(low_u, static_cast<float>(u0));
+  const float last_u = std::min(high_u, static_cast<float>(u0 + rendered_.width - 1));
+  for (int v = first_v; v <= last_v; v += kLanes) {
+    const RowSpans spans(edges, v, first_u, last_u);
+    const Floats at_rows = a.z() + by_v * (spans.rows - a.y()) - by_u * a.x();
+    for (int lane = 0; lane < kLanes && v + lane <= last_v; ++lane) {
+      const float at_row = at_rows[lane];
+      const int end = spans.end[lane] - u0;
+      const std::size_t offset = rendered_.index(0, v + lane - rendered_.v0);
+      float* inverse_depths = rendered_.depth.data() + offset;
+      std::int32_t* triangles = rendered_.triangle.data() + offset;
+      for (int u = spans.begin[lane] - u0; u < end; u += kLanes) {
+        const Ints columns = u + kLaneIndices;
+        const Floats inverses = at_row + by_u * __builtin_convertvector(u0 + columns, Floats);
+        const Floats farther = load<Floats>(inverse_depths + u);
+        const Ints is_nearer = (inverses > farther) & (columns < end);
+        store(inverse_depths + u, is_nearer ? inverses : farther);
+        store(triangles + u, is_nearer ? triangle + Ints{} : load<Ints>(triangles + u));
+      }
     }
   }
 }
