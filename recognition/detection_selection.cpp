@@ -140,8 +140,10 @@ void DetectionSelection::leave(std::unique_ptr<Desk> desk) {
 const JudgedCandidate::Judgement& DetectionSelection::look_at(
     std::size_t candidate, Desk& desk, const std::vector<SelectedCandidate>& chosen) {
   JudgedCandidate& known = memory_[candidate];
+  const RenderedModel* rendered = nullptr;
   {
     const std::lock_guard lock(mutex_);
+    rendered = known.rendered.get();
     if (known.reached) {
       const std::vector<std::size_t> beside = within(*known.reached, chosen);
       for (const JudgedCandidate::Judgement& judgement : known.judgements) {
@@ -150,13 +152,18 @@ const JudgedCandidate::Judgement& DetectionSelection::look_at(
     }
   }
   const Candidate& pose = candidates_[candidate];
+  const RecognitionModel& model = models_[static_cast<std::size_t>(pose.model)];
+  const auto claimant = static_cast<std::int32_t>(candidate);
+  EvidenceGatherer& gatherer = desk.gatherer;
   JudgedCandidate::Judgement judgement;
   judgement.evidence =
-      desk.gatherer.gather(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model,
-                           &desk.claims, static_cast<std::int32_t>(candidate));
-  desk.gatherer.explained_pixels(judgement.pixels);
+      rendered == nullptr
+          ? gatherer.gather(model, pose.T_camera_model, &desk.claims, claimant)
+          : gatherer.gather_again(model, pose.T_camera_model, *rendered, &desk.claims, claimant);
+  gatherer.explained_pixels(judgement.pixels);
   const std::lock_guard lock(mutex_);
-  known.reached = desk.gatherer.reached();
+  known.reached = gatherer.reached();
+  if (!known.rendered) known.rendered = std::make_unique<RenderedModel>(gatherer.rendered());
   judgement.beside = within(*known.reached, chosen);
   return known.judgements.emplace_back(std::move(judgement));
 }
@@ -272,21 +279,24 @@ void DetectionSelection::exchange(Choice& choice) {
 /// choice begins anew without it. What is less likely right than wrong takes nobody's place.
 void DetectionSelection::find_margins(std::vector<SelectedCandidate>& selected) {
   const double least = std::exchange(least_log_odds_, kEvenOdds);
-  // Of each member: what is kept beside the others, then what is chosen anew.
-  std::vector<double> gains(2 * selected.size());
+  // First without each member anew, then what is kept of the others: so those that are at work at
+  // the same time have least in common.
+  const std::size_t size = selected.size();
+  std::vector<double> gains(2 * size);
   parallel_for(static_cast<int>(gains.size()), jobs_, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    const SelectedCandidate& member = selected[index / 2];
+    const std::size_t member = selected[index % size].candidate;
     std::vector<std::size_t> others;
-    for (const SelectedCandidate& other : selected) {
-      const bool is_kept = index % 2 == 0 && other.candidate != member.candidate;
-      if (is_kept) others.push_back(other.candidate);
+    if (index >= size) {
+      for (const SelectedCandidate& other : selected) {
+        if (other.candidate != member) others.push_back(other.candidate);
+      }
     }
-    gains[index] = sum_of_gains(choose(others, member.candidate).selected);
+    gains[index] = sum_of_gains(choose(others, member).selected);
   });
   const double all = sum_of_gains(selected);
-  for (std::size_t i = 0; i < selected.size(); ++i) {
-    selected[i].margin = all - std::max(gains[2 * i], gains[2 * i + 1]);
+  for (std::size_t i = 0; i < size; ++i) {
+    selected[i].margin = all - std::max(gains[i], gains[size + i]);
   }
   least_log_odds_ = least;
 }

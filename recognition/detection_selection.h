@@ -43,7 +43,8 @@ struct JudgedCandidate {
     HypothesisEvidence evidence;
     std::vector<int> pixels;  ///< which it explains
   };
-  std::optional<PixelBox> reached;  ///< once it has been judged
+  std::optional<PixelBox> reached;                ///< once it has been judged
+  std::unique_ptr<const RenderedModel> rendered;  ///< likewise
   std::list<Judgement> judgements;  // a list, as others look at them while more are added
 };
 /// By candidate. It holds as long as they stay where they are; new ones may follow.

@@ -39,19 +39,19 @@ int outward_reach(const ObservedScene& scene, float pixel) {
 
 }  // namespace
 
-/// One comparison: the model is rendered, the pixels are judged in one sweep, then the silhouette.
+/// One comparison: the pixels of the rendered model are judged in one sweep, then the silhouette.
 class EvidencePass {
  public:
   EvidencePass(EvidenceGatherer& gatherer, const RecognitionModel& model,
-               const Eigen::Isometry3f& T_camera_model, const PixelClaims* claims,
-               std::int32_t claimant)
+               const Eigen::Isometry3f& T_camera_model, const RenderedModel& rendered,
+               const PixelClaims* claims, std::int32_t claimant)
       : gatherer_(gatherer),
         scene_(gatherer.scene_),
         projection_(gatherer.scene_.projection()),
         model_(model),
         rules_(rules(gatherer, model, T_camera_model, claimant)),
         claims_(claims),
-        window_(gatherer.rasterizer_.render(model.render_mesh, T_camera_model, projection_)),
+        window_(rendered),
         covered_(gatherer.covered_) {
     gatherer.rendered_ = &window_;
     gatherer.model_ = &model;
@@ -347,7 +347,18 @@ class EvidencePass {
 HypothesisEvidence EvidenceGatherer::gather(const RecognitionModel& model,
                                             const Eigen::Isometry3f& T_camera_model,
                                             const PixelClaims* claims, std::int32_t claimant) {
-  HypothesisEvidence evidence = EvidencePass(*this, model, T_camera_model, claims, claimant).run();
+  const RenderedModel& rendered =
+      rasterizer_.render(model.render_mesh, T_camera_model, scene_.projection());
+  return gather_again(model, T_camera_model, rendered, claims, claimant);
+}
+
+HypothesisEvidence EvidenceGatherer::gather_again(const RecognitionModel& model,
+                                                  const Eigen::Isometry3f& T_camera_model,
+                                                  const RenderedModel& rendered,
+                                                  const PixelClaims* claims,
+                                                  std::int32_t claimant) {
+  HypothesisEvidence evidence =
+      EvidencePass(*this, model, T_camera_model, rendered, claims, claimant).run();
   // A convex body's shadow is a quarter of its surface on average (Cauchy).
   const Projection& projection = scene_.projection();
   const float z = std::max((T_camera_model * model.centre).z(), 1e-3f);

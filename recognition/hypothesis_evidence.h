@@ -96,6 +96,16 @@ class EvidenceGatherer {
                                           const PixelClaims* claims = nullptr,
                                           std::int32_t claimant = -1);
 
+  /// As gather, of a pose as it was rendered before: about half the work. `rendered` must live
+  /// until the next call.
+  [[nodiscard]] HypothesisEvidence gather_again(const RecognitionModel& model,
+                                                const Eigen::Isometry3f& T_camera_model,
+                                                const RenderedModel& rendered,
+                                                const PixelClaims* claims = nullptr,
+                                                std::int32_t claimant = -1);
+  /// The model as the last call of gather rendered it.
+  [[nodiscard]] const RenderedModel& rendered() const { return *rendered_; }
+
   /// The pixels that the last call of gather may have looked at.
   [[nodiscard]] PixelBox reached() const;
 
