@@ -122,7 +122,9 @@ PixelClaims CandidatePool::claims_of_selected() const {
 void CandidatePool::slide_selected() {
   PixelClaims claims = claims_of_selected();
   std::vector<Candidate> moved(selected_.size());
-  parallel_for(static_cast<int>(selected_.size()), jobs_, [&](int i) {
+  std::vector<int> costs;
+  for (const SelectedCandidate& selected : selected_) costs.push_back(selected.evidence.rendered);
+  parallel_for_longest_first(costs, jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, sensor_);
     const std::size_t index = selected_[static_cast<std::size_t>(i)].candidate;
     const auto claimant = static_cast<std::int32_t>(index);

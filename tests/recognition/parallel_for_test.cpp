@@ -63,6 +63,13 @@ TEST(ParallelFor, MayBeCalledFromSeveralThreads) {
   for (const long sum : sums) EXPECT_EQ(sum, 120L * kCalls);
 }
 
+TEST(ParallelFor, BeginsWithWhatTakesLongest) {
+  const std::vector<int> costs = {2, 5, 1, 5};
+  std::vector<int> order;
+  parallel_for_longest_first(costs, 1, [&](int i) { order.push_back(i); });
+  EXPECT_EQ(order, (std::vector<int>{1, 3, 0, 2}));
+}
+
 TEST(ParallelChunks, TheLastChunkIsTheRest) {
   std::array<int, 3> sizes{};
   parallel_chunks(10, 4, 2, [&](int chunk, int begin, int end) {
