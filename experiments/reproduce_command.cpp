@@ -63,21 +63,16 @@ int reproduce_from_results(const ReproduceArguments& arguments, const TrialKindR
   const RunResults results = ResultFolder(arguments.source).read();
   const Experiment experiment = experiment_of(results.manifest, registry);
   const TrialKey key{experiment.cell(arguments.cell).key, arguments.trial};
-  const auto stored = results.trials.find(key);
-  if (stored == results.trials.end()) {
-    throw InputError(fmt::format("{}: no trial {} of cell {} here; it was not run yet",
-                                 arguments.source, key.trial, key.cell));
-  }
+  const TrialRecord& stored = results.trial(key).record;
   warn_about_differences(results.manifest, RunManifest::of(experiment));
-  if (stored->second.record.outcome == TrialOutcome::kCrashed) {
-    fmt::print(stderr, "note: this trial crashed ({}); it may end this process too\n",
-               stored->second.record.note);
+  if (stored.outcome == TrialOutcome::kCrashed) {
+    fmt::print(stderr, "note: this trial crashed ({}); it may end this process too\n", stored.note);
   }
   const TrialRecord again = run_again(experiment, arguments);
   if (arguments.trace) sign_trace(*absolute(arguments.trace), results.manifest, again);
-  const bool same = identical(again, stored->second.record);
+  const bool same = identical(again, stored);
   fmt::print("{}\n", to_json(again));
-  if (!same) fmt::print("{}\n", to_json(stored->second.record));
+  if (!same) fmt::print("{}\n", to_json(stored));
   fmt::print("{}\n", same ? "identical" : "differs");
   return same ? kExitOk : kExitGateFailed;
 }

@@ -56,6 +56,13 @@ void write_writer(int descriptor, const StoreWriter& writer) {
 
 std::string StoreWriter::text() const { return fmt::format("process {} on {}", process, host); }
 
+const StoredTrial& RunResults::trial(const TrialKey& key) const {
+  const auto found = trials.find(key);
+  if (found != trials.end()) return found->second;
+  throw InputError(
+      fmt::format("no trial {} of cell {} here; it was not run yet", key.trial, key.cell));
+}
+
 RunResults read_results(const std::vector<std::filesystem::path>& stores,
                         const Experiment* extended) {
   if (stores.empty()) throw InputError("no result stores (trials*.sqlite) were found");

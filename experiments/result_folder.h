@@ -18,6 +18,9 @@ struct RunResults {
   TrialTable trials;
   /// Keys under which the stores hold different records: a failure of reproducibility.
   std::vector<TrialKey> conflicts;
+
+  /// @throws InputError when the trial was not run yet.
+  [[nodiscard]] const StoredTrial& trial(const TrialKey& key) const;
 };
 
 /// Reads and joins stores, in any order with the same result.

@@ -49,10 +49,7 @@ std::filesystem::path write_view(const ViewArguments& arguments,
   const RunResults results = folder.read();
   const Experiment experiment = experiment_of(results.manifest, registry);
   const TrialKey key{experiment.cell(arguments.cell).key, arguments.trial};
-  if (!results.trials.contains(key)) {
-    throw InputError(fmt::format("{}: no trial {} of cell {} here; it was not run yet",
-                                 arguments.folder, key.trial, key.cell));
-  }
+  (void)results.trial(key);
   make_traces(folder, experiment, results, {key});
   std::vector<TrialTrace> traces = find_traces(folder.path(), results);
   std::erase_if(traces, [&](const TrialTrace& trace) { return !(trace.key == key); });

@@ -201,7 +201,7 @@ TEST_F(ProgramFaults, AFullFileSystemKeepsWhatWasWritten) {
   ASSERT_EQ(run_into("whole", {"--trials", "80"}), 0);
   std::filesystem::create_directory(folder_ / "small");
   folder_.write("script", R"(
-    mount -t tmpfs -o size=100k none small || exit 77
+    mount -t tmpfs -o size=60k none small || exit 77
     $0 run coin.yaml --out small/full --trials 80; [ $? -eq 3 ] || exit 1
     $0 status small/full || exit 2
     mount -o remount,size=10m small
