@@ -81,7 +81,7 @@ TextTable cell_table(const Experiment& experiment, const ResultSummary& summary)
     for (const ColumnSummary& column : summary.columns) {
       const CellSummary& cell = summary.cells[column.cells[row]];
       texts.push_back(counts_text(cell.ours));
-      texts.push_back(cell.ours.trials == 0 ? "" : fmt::format("{:.0f}", 100.0 * cell.ours.rate()));
+      texts.push_back(cell.ours.trials == 0 ? "" : fmt::format("{:.1f}", 100.0 * cell.ours.rate()));
       texts.push_back(cell.ours.trials == 0 ? "" : interval_text(cell.interval));
       if (with_paper) texts.push_back(fits_text(cell));
     }

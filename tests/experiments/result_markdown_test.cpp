@@ -63,7 +63,7 @@ TEST(ResultMarkdown, SaysOursBesideThePapersAndWhatItSupports) {
   const std::string text = markdown(experiment, results_with(experiment, half));
   EXPECT_THAT(text, HasSubstr("### Coins <heads> & tails\n"));
   EXPECT_THAT(text, HasSubstr("120 of 120 trials, experiment `coin`, seed 3"));
-  EXPECT_THAT(text, HasSubstr("| 0.9 | 10/20 | 50 | [29.9, 70.1] | no, p=0.049 | 10/20 "));
+  EXPECT_THAT(text, HasSubstr("| 0.9 | 10/20 | 50.0 | [29.9, 70.1] | no, p=0.049 | 10/20 "));
   EXPECT_THAT(text, HasSubstr("* all cells (side up): 30/60 = 50.0 %"));
   EXPECT_THAT(text, HasSubstr("bootstrap p = "));
   EXPECT_THAT(text, HasSubstr("| slipped | judge | 60 | 50.0 |"));
