@@ -8,9 +8,9 @@
 namespace binpick {
 namespace {
 
-std::string rate_text(const Proportion& rate) {
+std::string rate_text(const Proportion& rate, const Interval& interval) {
   if (rate.trials == 0) return "";
-  return fmt::format("{:.1f} {}", 100.0 * rate.rate(), interval_text(wilson_interval(rate)));
+  return fmt::format("{:.1f} {}", 100.0 * rate.rate(), interval_text(interval));
 }
 
 std::string claim_text(const StiffnessClaim& claim) {
@@ -33,8 +33,9 @@ std::string plane_map(const StiffnessPlane& plane, const ResultSummary& summary)
   TextTable table(header);
   for (std::size_t row = 0; row < plane.cells.size(); ++row) {
     std::vector<std::string> texts{plane.translation[row]};
-    for (const std::size_t cell : plane.cells[row]) {
-      texts.push_back(rate_text(summary.cells[cell].ours));
+    for (const std::size_t index : plane.cells[row]) {
+      const CellSummary& cell = summary.cells[index];
+      texts.push_back(rate_text(cell.ours, cell.interval));
     }
     table.add_row(std::move(texts));
   }
@@ -50,7 +51,8 @@ std::string plane_table(const std::vector<StiffnessPlane>& planes, const Experim
   const StiffnessPlane* judged = nullptr;
   for (const StiffnessPlane& plane : planes) {
     const Proportion rate = plane.pooled(summary);
-    std::vector<std::string> texts{plane.name(), fmt::format("{}", rate.trials), rate_text(rate)};
+    std::vector<std::string> texts{plane.name(), fmt::format("{}", rate.trials),
+                                   rate_text(rate, wilson_interval(rate))};
     if (plane.outcomes) {
       judged = &plane;
       for (const StiffnessClaim& claim : claims_about(plane, experiment)) {
