@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "experiments/result_table.h"
 #include "experiments/stiffness_claims.h"
 
@@ -46,22 +48,27 @@ std::string plane_map(const StiffnessPlane& plane, const ResultSummary& summary)
 /// worlds get.
 std::string plane_table(const std::vector<StiffnessPlane>& planes, const Experiment& experiment,
                         const ResultSummary& summary) {
-  TextTable table({"trials", "number", "rate, %", "a: soft is better", "b: the best cell is soft",
-                   "c: the paper's best three are better"});
-  const StiffnessPlane* judged = nullptr;
+  const auto judged = std::find_if(planes.begin(), planes.end(), [](const StiffnessPlane& plane) {
+    return plane.outcomes.has_value();
+  });
+  std::vector<std::string> header{"trials", "number", "rate, %"};
+  if (judged != planes.end()) {
+    header.insert(header.end(), {"a: soft is better", "b: the best cell is soft",
+                                 "c: the paper's best three are better"});
+  }
+  TextTable table(header);
   for (const StiffnessPlane& plane : planes) {
     const Proportion rate = plane.pooled(summary);
     std::vector<std::string> texts{plane.name(), fmt::format("{}", rate.trials),
                                    rate_text(rate, wilson_interval(rate))};
     if (plane.outcomes) {
-      judged = &plane;
       for (const StiffnessClaim& claim : claims_about(plane, experiment)) {
         texts.push_back(claim_text(claim));
       }
     }
     table.add_row(std::move(texts));
   }
-  if (judged == nullptr) return table.markdown() + "\n";
+  if (judged == planes.end()) return table.markdown() + "\n";
   std::vector<std::string> flat{"worlds of one flat rate", "", percent_text(kFlatRate)};
   for (const double share : flat_claim_shares(*judged, experiment)) {
     flat.push_back(fmt::format("confirmed in {:.1f} %", 100.0 * share));
@@ -74,8 +81,9 @@ std::string plane_table(const std::vector<StiffnessPlane>& planes, const Experim
 
 std::string rates(const Experiment& experiment, const ResultSummary& summary,
                   const std::vector<StiffnessPlane>& planes) {
-  if (planes.empty() || summary.has_paper())
+  if (planes.empty() || summary.has_paper()) {
     return cell_table(experiment, summary).markdown() + "\n";
+  }
   if (planes.size() > kMostMaps) return "";
   std::string maps;
   for (const StiffnessPlane& plane : planes) maps += plane_map(plane, summary);
@@ -91,7 +99,8 @@ std::string result_markdown(const Experiment& experiment, const RunResults& resu
                                  origin_line(experiment, results, summary));
   text += rates(experiment, summary, planes);
   if (!planes.empty()) text += plane_table(planes, experiment, summary);
-  if (planes.size() <= kMostMaps) {
+  // Of a map's columns and of a sweep's lines together they say nothing.
+  if (planes.empty() || planes.size() == summary.columns.size()) {
     for (const std::string& statement : table_statements(experiment, summary)) {
       text += "* " + statement + "\n";
     }

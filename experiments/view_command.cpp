@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <memory>
@@ -15,8 +16,6 @@
 #include "experiments/report_traces.h"
 #include "experiments/write_file.h"
 #include "models/errors.h"
-
-extern char** environ;
 
 namespace binpick {
 namespace {
@@ -59,7 +58,7 @@ std::filesystem::path write_view(const ViewArguments& arguments,
   }
   const TraceSection shown =
       trace_section(folder.path(), results, traces, replay_script(), kMostTraceBytes);
-  const std::filesystem::path page =
+  std::filesystem::path page =
       folder.path() / ("view_" + trace_folder(key).filename().string() + ".html");
   write_file(page, report_page(experiment.config().heading(), shown.html));
   return page;
