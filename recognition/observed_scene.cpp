@@ -134,7 +134,9 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
 
   estimate_normals(jobs);
   fill_pixels(jobs);
-  set_explained({});
+  searched_pixels_ = pixels_;
+  is_open_.assign(on_support_.size(), 0);
+  for (const int leaf : object_leaves_) is_open_[static_cast<std::size_t>(leaf)] = 1;
   timings_.normals = watch.lap();
 }
 
@@ -215,10 +217,14 @@ void ObservedScene::fill_pixels(int jobs) {
 }
 
 void ObservedScene::set_explained(const std::vector<int>& pixels) {
-  searched_pixels_ = pixels_;
-  is_open_.assign(on_support_.size(), 0);
-  for (const int leaf : object_leaves_) is_open_[static_cast<std::size_t>(leaf)] = 1;
-  for (const int index : pixels) {
+  for (const int index : explained_) {
+    const auto i = static_cast<std::size_t>(index);
+    searched_pixels_[i] = pixels_[i];
+    const int leaf = leaf_of_pixel_[i];
+    if (leaf >= 0) is_open_[static_cast<std::size_t>(leaf)] = on_support(leaf) ? 0 : 1;
+  }
+  explained_ = pixels;
+  for (const int index : explained_) {
     const auto i = static_cast<std::size_t>(index);
     searched_pixels_[i].flags |= ScenePixel::kSupport;
     if (leaf_of_pixel_[i] >= 0) is_open_[static_cast<std::size_t>(leaf_of_pixel_[i])] = 0;

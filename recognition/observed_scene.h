@@ -138,6 +138,7 @@ class ObservedScene {
   std::vector<SupportPlane> planes_;
   std::vector<int> object_leaves_;
   std::vector<std::uint8_t> on_support_;
+  std::vector<int> explained_;  // pixels
   std::vector<std::uint8_t> is_open_;
   std::vector<std::uint8_t> reliable_;
   std::vector<Eigen::Vector3f> normals_;
