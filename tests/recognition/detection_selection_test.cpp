@@ -112,7 +112,7 @@ TEST_F(Selection, FeaturesAreThoseBesideTheSetThatStood) {
   EXPECT_GT(selection.decided_features()[1 - chosen][kClaimed], 0.9);
 }
 
-TEST_F(Selection, RememberedJudgementsAreThoseOfAFreshSelection) {
+TEST_F(Selection, RememberedJudgementsAreThoseOfAFreshSelectionOnThreeThreads) {
   EvidenceGatherer gatherer(*scene_, sensor_);
   std::vector<Candidate> candidates;
   JudgementMemory memory;
@@ -122,13 +122,15 @@ TEST_F(Selection, RememberedJudgementsAreThoseOfAFreshSelection) {
     candidates.push_back({0, T, gatherer.gather(models_[0], T)});
     DetectionSelection remembering(models_, *scene_, sensor_, calibrated_acceptance(), candidates,
                                    std::move(memory));
-    DetectionSelection fresh(models_, *scene_, sensor_, calibrated_acceptance(), candidates);
+    DetectionSelection fresh(models_, *scene_, sensor_, calibrated_acceptance(), candidates, {},
+                             /*jobs=*/3);
     const std::vector<SelectedCandidate> a = remembering.select_best();
     const std::vector<SelectedCandidate> b = fresh.select_best();
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
       EXPECT_EQ(a[i].candidate, b[i].candidate);
       EXPECT_EQ(a[i].features, b[i].features);
+      EXPECT_EQ(a[i].margin, b[i].margin);
       EXPECT_EQ(a[i].pixels, b[i].pixels);
     }
     EXPECT_EQ(remembering.decided_features(), fresh.decided_features());
