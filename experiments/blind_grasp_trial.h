@@ -56,6 +56,8 @@ class BlindGraspTrial final : public TrialKind {
     double lift_height = 0.15;           ///< m
     double hold_time = 3.0;              ///< s
     double torque_offset = 0.0;          ///< of the joint torque sensors, uniform in +- this, Nm
+    double joint_offset = 0.0;           ///< of the joints' zeros, uniform in +- this, rad
+    double opening_tolerance = 0.0;      ///< of the opened jaws, uniform in +- this, m
     std::string physics = "drawn";       ///< masses and frictions: drawn per trial, or centre
     FixedPhysics fixed;
     ArmPlantParameters plant;
@@ -71,6 +73,8 @@ class BlindGraspTrial final : public TrialKind {
   [[nodiscard]] GraspPlan nominal_plan(const World& world) const;
   void attempt(const TrialContext& context, TrialRecord& record) const;
   [[nodiscard]] SkillOptions skill_options(const TrialContext& context) const;
+  /// What the opened jaws lack of, or exceed, the pre-opening by, m.
+  [[nodiscard]] double opening_error(const TrialContext& context) const;
 
   Parameters parameters_;
   std::string loaded_cell_;   ///< what world_ was made for

@@ -8,18 +8,28 @@
 #include "sim/simulation_error.h"
 
 namespace binpick {
+namespace {
+
+JointVector drawn_within(double limit, Seed seed) {
+  Random random(seed);
+  JointVector values;
+  for (double& value : values) value = limit * random.uniform(-1.0, 1.0);
+  return values;
+}
+
+}  // namespace
 
 SimulatedRobot::SimulatedRobot(World& world, DepthCamera* camera, SimulatedRobotOptions options)
     : world_(world),
       camera_(camera),
       options_(std::move(options)),
+      torque_offset_(drawn_within(options_.sensor_noise.torque_offset,
+                                  derive_seed(options_.seed, "torque offset"))),
+      position_offset_(drawn_within(options_.sensor_noise.position_offset,
+                                    derive_seed(options_.seed, "position offset"))),
       torque_noise_(derive_seed(options_.seed, "torque noise")),
       watch_(world.shared().parts.arm),
       end_time_(world.time() + options_.time_budget) {
-  Random offsets(derive_seed(options_.seed, "torque offset"));
-  for (double& offset : torque_offset_) {
-    offset = options_.sensor_noise.torque_offset * offsets.uniform(-1.0, 1.0);
-  }
   world_.hold_arm(false);
   if (world_.elastic()) {
     world_.set_torque_loop([this](const JointState& truth) { return motor_torques(truth); });
@@ -71,6 +81,8 @@ RangeImage SimulatedRobot::capture() {
 JointState SimulatedRobot::measured(const JointState& truth) {
   JointState joints = truth;
   joints.tau += torque_offset_;
+  joints.q += position_offset_;
+  joints.theta += position_offset_;
   if (options_.sensor_noise.torque_sigma > 0.0) {
     for (double& torque : joints.tau) {
       torque += options_.sensor_noise.torque_sigma * torque_noise_.normal();

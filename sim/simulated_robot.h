@@ -16,8 +16,9 @@ namespace binpick {
 
 /// Imperfections of the arm's sensors.
 struct SensorNoise {
-  double torque_sigma = 0.0;   ///< white noise of each joint torque sensor, Nm
-  double torque_offset = 0.0;  ///< offsets drawn once, uniform in +- this, Nm
+  double torque_sigma = 0.0;     ///< white noise of each joint torque sensor, Nm
+  double torque_offset = 0.0;    ///< of each, drawn once, uniform in +- this, Nm
+  double position_offset = 0.0;  ///< of each joint's zero, drawn once, uniform in +- this, rad
 };
 
 /// A joint sensor that fails during a trial.
@@ -77,7 +78,8 @@ class SimulatedRobot final : public Robot {
   World& world_;
   DepthCamera* camera_;
   SimulatedRobotOptions options_;
-  JointVector torque_offset_ = JointVector::Zero();
+  JointVector torque_offset_;
+  JointVector position_offset_;
   Random torque_noise_;
   std::optional<JointState> before_fault_;
   SafetyWatch watch_;

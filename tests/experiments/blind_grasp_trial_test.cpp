@@ -83,6 +83,21 @@ TEST(BlindGraspTrial, FixedPhysicsTakesThePlaceOfTheDraw) {
   EXPECT_NE(outcome_with("0.3"), TrialOutcome::kSuccess);
 }
 
+TEST(BlindGraspTrial, OffsetsAreDrawnAndLeaveTheOtherDrawsAlone) {
+  const TrialRecord exact = make_trial().run(context_of(1));
+  for (const char* offset : {"joint_offset_deg: 0.1\n", "opening_tolerance: 0.001\n"}) {
+    const TrialRecord record = make_trial(offset).run(context_of(1));
+    EXPECT_NE(record.measures.at("peak_force_n"), exact.measures.at("peak_force_n")) << offset;
+    EXPECT_EQ(record.measures.at("error_direction_rad"), exact.measures.at("error_direction_rad"))
+        << offset;
+  }
+  // Zeros wrong by degrees move the hand by centimetres.
+  EXPECT_NE(make_trial("pose_error: 0\ncollision_force: 5\njoint_offset_deg: 5\n")
+                .run(context_of(0))
+                .outcome,
+            TrialOutcome::kSuccess);
+}
+
 TEST(BlindGraspTrial, ANarrowerOpeningStrikesMoreOften) {
   const auto collisions_with = [](const char* opening) {
     BlindGraspTrial trial = make_trial(std::string("pre_opening: ") + opening + "\n");

@@ -52,6 +52,28 @@ TEST(SimulatedRobot, CommandsThatAreNotFiniteAreRefused) {
   EXPECT_THROW(robot.exchange(command), std::invalid_argument);
 }
 
+TEST(SimulatedRobot, WrongZerosStayAndShiftBothSidesOfAJoint) {
+  constexpr double kOffset = 0.002;
+  World world = make_world("single_bottle");
+  SimulatedRobotOptions options;
+  options.sensor_noise.position_offset = kOffset;
+  options.watched = false;  // the arm falls
+  SimulatedRobot robot(world, nullptr, options);
+  const auto errors = [&] {
+    const JointState read = robot.state().joints;
+    const JointState truth = world.sensors().joints;
+    EXPECT_TRUE((read.theta - truth.theta).isApprox(read.q - truth.q, 1e-9));
+    EXPECT_EQ(read.qd, truth.qd);
+    return JointVector(read.q - truth.q);
+  };
+  const JointVector first = errors();
+  EXPECT_LE(first.cwiseAbs().maxCoeff(), kOffset);
+  EXPECT_GT(first.cwiseAbs().minCoeff(), 0.0);
+  EXPECT_NE(first[0], first[1]);
+  for (int i = 0; i < 100; ++i) robot.exchange({});
+  EXPECT_TRUE(errors().isApprox(first, 1e-9));
+}
+
 TEST(SimulatedRobot, SensorNoiseHasTheStatedSizeAndSeed) {
   World world = make_world("single_bottle");
   SimulatedRobotOptions options;
