@@ -25,11 +25,15 @@ void RecognitionConditions::visit(ConfigVisitor& visitor) {
   visitor.number("bow_mm", bow, {0.0, 20.0, kMillimetre});
   visitor.integer("dilation_px", dilation, 0, 10);
   visitor.number("gaussian_percent", gaussian, {0.0, 10.0, 0.01});
+  visitor.boolean("objects_only", objects_only);
   visitor.number("model_scale", model_scale, {0.5, 2.0, 1.0});
   visitor.number("visibility", visibility, {0.001, 0.999, 1.0});
   visitor.integer("jobs", jobs, 1, 1024);
   if (!visitor.reading()) return;
   if (objects.empty()) visitor.problem("objects", "'objects' needs at least one name");
+  if (objects_only && sensor == "gaussian") {
+    visitor.problem("objects_only", "'objects_only' wants a sensor that gives a range image");
+  }
   if (!target.empty() && std::find(objects.begin(), objects.end(), target) == objects.end()) {
     visitor.problem("target", "'target' is none of the objects");
   }

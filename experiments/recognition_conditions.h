@@ -33,6 +33,8 @@ struct RecognitionConditions {
   std::int64_t dilation = 0;  ///< silhouettes grow by this, px
   /// Sensor gaussian: standard deviation of each coordinate over the diagonal of the objects' box.
   double gaussian = 0.0;
+  /// Whether all that shows no object is cut out of the scan, as in data sets of objects alone.
+  bool objects_only = false;
 
   // The recognizer.
   double model_scale = 1.0;  ///< searched models over true objects

@@ -108,6 +108,12 @@ RangeImage lit(const RangeImage& ideal, const RecognitionConditions& conditions)
   return image;
 }
 
+void keep_objects_only(RangeImage& scan, const SegmentationImage& owners) {
+  for (std::size_t i = 0; i < scan.depth.size(); ++i) {
+    if (owners.object[i] < 0) scan.depth[i] = 0.0f;
+  }
+}
+
 std::size_t point_count(const Scan& scan) {
   if (const auto* cloud = std::get_if<PointCloud>(&scan)) return cloud->points.size();
   const std::vector<float>& depth = std::get<RangeImage>(scan).depth;

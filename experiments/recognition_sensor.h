@@ -6,6 +6,7 @@
 #include "models/geometry.h"
 #include "models/random.h"
 #include "models/range_image.h"
+#include "sim/renderer.h"
 
 namespace binpick {
 
@@ -28,6 +29,9 @@ void dilate_silhouettes(RangeImage& image, int pixels);
 /// The point of pixel i under the sensor "gaussian", m, camera frame.
 [[nodiscard]] Eigen::Vector3d gaussian_point(const RangeImage& ideal, std::size_t i, double sigma,
                                              Seed seed);
+
+/// Takes away what was measured where the ideal image shows no object.
+void keep_objects_only(RangeImage& scan, const SegmentationImage& owners);
 
 /// Number of points of a scan that were measured.
 [[nodiscard]] std::size_t point_count(const Scan& scan);

@@ -252,6 +252,7 @@ const RecognitionTrial::Observation& RecognitionTrial::observe(Seed pile, Seed s
   seen.pixels = object_pixels(seen.owners, seen.view.objects.size());
   seen.diagonal = box_diagonal(seen.view.image, seen.pixels);
   seen.scan = measure(seen.view.image, now, seen.diagonal, sensor);
+  if (now.objects_only) keep_objects_only(std::get<RangeImage>(seen.scan), seen.owners);
   return last_.emplace(std::move(seen));
 }
 

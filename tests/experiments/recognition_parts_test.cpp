@@ -114,6 +114,18 @@ TEST(RecognitionSensor, EachSensorLosesAndMovesPoints) {
   EXPECT_EQ(std::get<RangeImage>(measure(image, conditions, 0.5, 7)).depth, image.depth);
 }
 
+TEST(RecognitionSensor, WhatShowsNoObjectCanBeCutAway) {
+  RangeImage image = plate(0.9, 320);
+  SegmentationImage owners;
+  owners.object.assign(image.depth.size(), -1);
+  owners.object[5000] = 0;
+  owners.object[6000] = 3;
+  image.depth[6000] = 0.0f;  // not measured
+  keep_objects_only(image, owners);
+  EXPECT_EQ(point_count(image), 1u);
+  EXPECT_GT(image.depth[5000], 0.0f);
+}
+
 TEST(RecognitionSensor, LightFromBesideTheCameraLeavesShadowsAndNothingElse) {
   RecognitionConditions conditions;
   RangeImage image = plate(1.0, 320);

@@ -33,7 +33,8 @@ TrialTable table_of(const Experiment& experiment,
 }
 
 TEST(RecognitionConfigs, AllCanBeRead) {
-  for (const char* name : {"recognition", "fig10", "fig12", "fig13a", "fig13b", "fig13c"}) {
+  for (const char* name :
+       {"recognition", "fig10", "fig12", "fig13a", "fig13b", "fig13b_objects", "fig13c"}) {
     const Experiment experiment = experiment_of(name);
     EXPECT_EQ(experiment.config().name, name);
     EXPECT_NE(recognition_section(experiment, {}), "") << name;
