@@ -257,7 +257,9 @@ Eigen::Vector3i SceneOctree::cell_of(const Eigen::Vector3f& p) const {
 
 int SceneOctree::leaf_at(const Eigen::Vector3f& p) const {
   if (!p.allFinite() || p.cwiseAbs().maxCoeff() >= kFarthestCell * leaf_size_) return -1;
-  return leaf_at_cell(cell_of(p));
+  const Eigen::Vector3i cell = cell_of(p);
+  const int brick = find_brick({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3});
+  return brick < 0 ? -1 : bricks_[static_cast<std::size_t>(brick)].leaf(cell);
 }
 
 template <class Visit>

@@ -45,19 +45,9 @@ class SceneOctree {
   [[nodiscard]] const Eigen::Vector3f& point(int leaf) const {
     return centres_of_mass_[static_cast<std::size_t>(leaf)];
   }
-  /// The integer coordinates of a leaf.
-  [[nodiscard]] const Eigen::Vector3i& cell(int leaf) const {
-    return cells_[static_cast<std::size_t>(leaf)];
-  }
 
   /// The full leaf that contains `p`, or -1. Constant time.
   [[nodiscard]] int leaf_at(const Eigen::Vector3f& p) const;
-
-  /// The full leaf with these coordinates, or -1. Constant time.
-  [[nodiscard]] int leaf_at_cell(const Eigen::Vector3i& cell) const {
-    const int brick = find_brick({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3});
-    return brick < 0 ? -1 : bricks_[static_cast<std::size_t>(brick)].leaf(cell);
-  }
 
   /// The full leaves next to `leaf`, itself included.
   [[nodiscard]] std::vector<int> neighbours(int leaf) const;
