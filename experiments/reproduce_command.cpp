@@ -9,6 +9,7 @@
 #include "experiments/present_results.h"
 #include "experiments/report_traces.h"
 #include "experiments/run_trial.h"
+#include "experiments/trial_choice.h"
 #include "models/errors.h"
 
 namespace binpick {
@@ -16,8 +17,7 @@ namespace {
 
 struct ReproduceArguments {
   std::string source;
-  std::string cell = "all";
-  std::int64_t trial = 0;
+  TrialChoice choice;
   std::vector<std::string> settings;
   std::optional<std::string> video;
   std::optional<std::string> trace;
@@ -29,9 +29,9 @@ std::optional<std::filesystem::path> absolute(const std::optional<std::string>& 
 }
 
 TrialRecord run_again(const Experiment& experiment, const ReproduceArguments& arguments) {
-  const Cell& cell = experiment.cell(arguments.cell);
-  const TrialContext context{experiment.seeds(cell, arguments.trial),
-                             arguments.trial,
+  const Cell& cell = experiment.cell(arguments.choice.cell);
+  const TrialContext context{experiment.seeds(cell, arguments.choice.trial),
+                             arguments.choice.trial,
                              absolute(arguments.video),
                              absolute(arguments.trace),
                              {}};
@@ -62,7 +62,7 @@ int reproduce_from_results(const ReproduceArguments& arguments, const TrialKindR
   }
   const RunResults results = ResultFolder(arguments.source).read();
   const Experiment experiment = experiment_of(results.manifest, registry);
-  const TrialKey key{experiment.cell(arguments.cell).key, arguments.trial};
+  const TrialKey key{experiment.cell(arguments.choice.cell).key, arguments.choice.trial};
   const TrialRecord& stored = results.trial(key).record;
   warn_about_differences(results.manifest, RunManifest::of(experiment));
   if (stored.outcome == TrialOutcome::kCrashed) {
@@ -85,10 +85,7 @@ void add_reproduce_command(CLI::App& app, const TrialKindRegistry& registry, int
       "reproduce", "Run one trial again and compare it with the stored one, bit for bit");
   command->add_option("SOURCE", arguments->source, "results folder, or experiment file (YAML)")
       ->required();
-  command->add_option("--cell", arguments->cell, "axis=value,axis=value")->capture_default_str();
-  command->add_option("--trial", arguments->trial, "number, from 0")
-      ->check(CLI::NonNegativeNumber)
-      ->required();
+  add_trial_choice(*command, arguments->choice);
   command
       ->add_option("--set", arguments->settings,
                    "path=value, with an experiment file only; may be repeated")

@@ -188,7 +188,7 @@ std::vector<PairedComparison> compare_runs(const Experiment& first, const TrialT
     throw InputError(fmt::format(
         "'{}' and '{}' have no trials in common: only runs with the same experiment name, seed and "
         "cells can be paired",
-        first.config().title, second.config().title));
+        first.config().heading(), second.config().heading()));
   }
   const auto ours = successes_by_cell(first, trials_of(first, first_trials));
   const auto others = successes_by_cell(second, trials_of(second, second_trials));

@@ -14,6 +14,7 @@
 #include "experiments/report_page.h"
 #include "experiments/report_replays.h"
 #include "experiments/report_traces.h"
+#include "experiments/trial_choice.h"
 #include "experiments/write_file.h"
 #include "models/errors.h"
 
@@ -22,8 +23,7 @@ namespace {
 
 struct ViewArguments {
   std::string folder;
-  std::string cell = "all";
-  std::int64_t trial = 0;
+  TrialChoice choice;
 };
 
 bool is_set(const char* variable) {
@@ -47,7 +47,7 @@ std::filesystem::path write_view(const ViewArguments& arguments,
   const ResultFolder folder(std::filesystem::absolute(arguments.folder).lexically_normal());
   const RunResults results = folder.read();
   const Experiment experiment = experiment_of(results.manifest, registry);
-  const TrialKey key{experiment.cell(arguments.cell).key, arguments.trial};
+  const TrialKey key{experiment.cell(arguments.choice.cell).key, arguments.choice.trial};
   (void)results.trial(key);
   make_traces(folder, experiment, results, {key});
   std::vector<TrialTrace> traces = find_traces(folder.path(), results);
@@ -71,10 +71,7 @@ void add_view_command(CLI::App& app, const TrialKindRegistry& registry, int& exi
   CLI::App* command =
       app.add_subcommand("view", "Look at one trial: a page with its pictures and its 3-D replay");
   command->add_option("DIR", arguments->folder, "results folder")->required();
-  command->add_option("--cell", arguments->cell, "axis=value,axis=value")->capture_default_str();
-  command->add_option("--trial", arguments->trial, "number, from 0")
-      ->check(CLI::NonNegativeNumber)
-      ->required();
+  add_trial_choice(*command, arguments->choice);
   command->callback([arguments, &registry, &exit_code] {
     const std::filesystem::path page = write_view(*arguments, registry);
     fmt::print("{}\n", page.string());
