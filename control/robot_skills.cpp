@@ -122,7 +122,12 @@ void RobotSkills::go_to_overview() {
   manipulator_.controller().clear_payload();
   enter(ContactPhase::kFree, options_.collision_force);
   const JointVector away = manipulator_.state().joints.q - parts_.layout.overview;
-  if (away.cwiseAbs().maxCoeff() < kThere) return;
+  if (away.cwiseAbs().maxCoeff() > kThere) return_to_overview();
+  // Nothing is touched here: what the torque sensors feel is their own.
+  if (!calibrated_) calibrated_ = manipulator_.calibrate_sensors();
+}
+
+void RobotSkills::return_to_overview() {
   // Away from whatever was touched first: straight up, jaws open, not minding contacts.
   withdraw(parts_.layout.transfer_height);
   manipulator_.command_gripper(

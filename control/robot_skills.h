@@ -119,6 +119,7 @@ class RobotSkills final : public ManipulationSkills {
   /// Along a planned path; kUnreachable if there is none.
   [[nodiscard]] SkillResult travel(const std::optional<TransferPlanner::Path>& path,
                                    const JointMotionOptions& motion, const MotionStops& stops);
+  void return_to_overview();
   void withdraw(double height);
   [[nodiscard]] std::vector<Detection> look();
   [[nodiscard]] const ObjectModel* find_object(const std::string& name) const;
@@ -150,6 +151,7 @@ class RobotSkills final : public ManipulationSkills {
   std::optional<TransferPlanner> low_planner_;
   std::optional<Placement> placement_;
   Hold hold_;
+  bool calibrated_ = false;  ///< the torque sensors' offsets have been taken
 };
 
 }  // namespace binpick

@@ -59,9 +59,7 @@ void BlindGraspTrial::Parameters::visit(ConfigVisitor& visitor) {
   visitor.number("grip_force", p.grip_force, {.min = 1.0, .max = 80.0});
   visitor.number("lift_height", p.lift_height, {.min = 0.12, .max = 0.3});
   visitor.number("hold_time", p.hold_time, {.min = 0.0, .max = 60.0});
-  visitor.number("torque_offset", p.torque_offset, {.min = 0.0, .max = 10.0});
-  visitor.number("joint_offset_deg", p.joint_offset, {.min = 0.0, .max = 5.0, .unit = kDegree});
-  visitor.number("opening_tolerance", p.opening_tolerance, {.min = 0.0, .max = 0.02});
+  p.offsets.visit(visitor);
   visitor.choice("physics", p.physics, {"drawn", "centre"});
   visitor.group("fixed", [&](ConfigVisitor& inner) { p.fixed.visit(inner); });
   visitor.group("plant", [&](ConfigVisitor& inner) { p.plant.visit(inner); });
@@ -149,11 +147,6 @@ SkillOptions BlindGraspTrial::skill_options(const TrialContext& context) const {
   return options;
 }
 
-double BlindGraspTrial::opening_error(const TrialContext& context) const {
-  Random draw(context.seeds.shared("jaw opening"));
-  return parameters_.opening_tolerance * draw.uniform(-1.0, 1.0);
-}
-
 TrialRecord BlindGraspTrial::run(const TrialContext& context) {
   TrialRecord record;
   run_in_simulation(context, record,
@@ -165,11 +158,9 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
   context.enter(TrialStage::kSetup);
   const ArmPlant plant(parameters_.plant);
   World world(world_, physics(context), plant.drives());
-  GraspPlan plan = nominal_plan(world);
-  Grasp grasp_as_opened = *plan.grasp;
-  grasp_as_opened.pre_opening += opening_error(context);
-  plan.grasp = &grasp_as_opened;
-  world.set_arm_position(plan.q_pregrasp, plan.grasp->pre_opening);
+  const GraspPlan plan = nominal_plan(world);
+  world.set_arm_position(plan.q_pregrasp,
+                         plan.grasp->pre_opening + parameters_.offsets.jaw_offset(context));
 
   Random draw(context.seeds.shared("pose error"));
   const double direction = draw.uniform(0.0, 2.0 * std::numbers::pi);
@@ -181,8 +172,7 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
   TrialRecorder recorder(context, world);
   SimulatedRobotOptions options;
   plant.configure(options);
-  options.sensor_noise.torque_offset += parameters_.torque_offset;
-  options.sensor_noise.position_offset = parameters_.joint_offset;
+  parameters_.offsets.configure(options, context);
   options.time_budget = kTimeBudget;
   options.seed = context.seeds.shared("sensors");
   options.on_step = recorder.callback();

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "experiments/arm_offsets.h"
 #include "experiments/arm_plant.h"
 #include "experiments/robot_knowledge.h"
 #include "experiments/trial_kind.h"
@@ -55,10 +56,8 @@ class BlindGraspTrial final : public TrialKind {
     double grip_force = 40.0;            ///< N
     double lift_height = 0.15;           ///< m
     double hold_time = 3.0;              ///< s
-    double torque_offset = 0.0;          ///< of the joint torque sensors, uniform in +- this, Nm
-    double joint_offset = 0.0;           ///< of the joints' zeros, uniform in +- this, rad
-    double opening_tolerance = 0.0;      ///< of the opened jaws, uniform in +- this, m
-    std::string physics = "drawn";       ///< masses and frictions: drawn per trial, or centre
+    ArmOffsets offsets;
+    std::string physics = "drawn";  ///< masses and frictions: drawn per trial, or centre
     FixedPhysics fixed;
     ArmPlantParameters plant;
 
@@ -73,8 +72,6 @@ class BlindGraspTrial final : public TrialKind {
   [[nodiscard]] GraspPlan nominal_plan(const World& world) const;
   void attempt(const TrialContext& context, TrialRecord& record) const;
   [[nodiscard]] SkillOptions skill_options(const TrialContext& context) const;
-  /// What the opened jaws lack of, or exceed, the pre-opening by, m.
-  [[nodiscard]] double opening_error(const TrialContext& context) const;
 
   Parameters parameters_;
   std::string loaded_cell_;   ///< what world_ was made for

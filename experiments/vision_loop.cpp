@@ -148,6 +148,7 @@ void VisionLoopParameters::visit(ConfigVisitor& visitor) {
   visitor.number("closing_speed", closing_speed, {.min = 0.005, .max = 0.42});
   visitor.number("grip_force", grip_force, {.min = 1.0, .max = 80.0});
   visitor.choice("physics", physics, {"drawn", "centre"});
+  offsets.visit(visitor);
   visitor.number("time_budget_s", time_budget, {.min = 1.0, .max = 36000.0});
   visitor.group("plant", [&](ConfigVisitor& group) { plant.visit(group); });
 }
@@ -201,6 +202,7 @@ void run_vision_loop(const VisionCell& cell, World& world, const VisionLoopParam
   options.on_step = recorder.callback();
   const ArmPlant plant(parameters.plant);
   plant.configure(options);
+  parameters.offsets.configure(options, context);
   SimulatedRobot robot(world, cell.camera.get(), std::move(options));
   std::unique_ptr<Perception> perception;
   if (parameters.perception == "truth") {

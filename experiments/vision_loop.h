@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "control/manipulation_automaton.h"
+#include "experiments/arm_offsets.h"
 #include "experiments/arm_plant.h"
 #include "experiments/recognizer_perception.h"
 #include "experiments/referee.h"
@@ -34,7 +35,8 @@ struct VisionLoopParameters {
   double closing_speed = 0.1;     ///< of the jaw distance, m/s
   double grip_force = 40.0;       ///< N
   std::string physics = "drawn";  ///< masses and frictions: drawn per trial, or centre
-  double time_budget = 900.0;     ///< simulated, s
+  ArmOffsets offsets;
+  double time_budget = 900.0;  ///< simulated, s
   ArmPlantParameters plant;
 
   void visit(ConfigVisitor& visitor);

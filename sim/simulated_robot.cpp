@@ -50,7 +50,7 @@ RobotState SimulatedRobot::exchange(const RobotCommand& command) {
   }
   command_ = command.tau;
   world_.set_arm_torques(command_);
-  world_.set_gripper_command(gripper);
+  world_.set_gripper_command({gripper.width + options_.jaw_offset, gripper.speed, gripper.force});
   world_.step();
   read_sensors();
   if (options_.on_step) options_.on_step(world_);
@@ -113,6 +113,7 @@ JointState SimulatedRobot::measured(const JointState& truth) {
 void SimulatedRobot::read_sensors() {
   RobotState now = world_.sensors();
   now.joints = measured(now.joints);
+  now.gripper.width -= options_.jaw_offset;
   in_flight_.push_back(now);
   state_ = in_flight_.front();
   if (in_flight_.size() > static_cast<std::size_t>(options_.latency)) in_flight_.pop_front();

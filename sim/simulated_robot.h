@@ -36,6 +36,7 @@ struct SensorFault {
 struct SimulatedRobotOptions {
   StructuredLightOptions camera_noise;
   SensorNoise sensor_noise;
+  double jaw_offset = 0.0;  ///< the jaws stand this much further apart than they read, m
   /// Of elastic joints; runs in the drives, on sensors without latency. Empty: motors put out the
   /// command. Should it return a torque that is not finite, the drives fall back to the command.
   JointTorqueLoop torque_loop;

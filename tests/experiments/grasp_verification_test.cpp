@@ -70,6 +70,27 @@ TEST_F(GraspVerification, ALoadThatIsGoneIsMissedBeforePlacing) {
   EXPECT_EQ(carry_what_becomes_light(true), SkillResult::kSlipped);
 }
 
+TEST_F(GraspVerification, AnArmThatIsOffStillFeelsTheLightestBottle) {
+  PhysicsDraw light = centre_physics(bench_.shared->parts.objects);
+  light.objects.front().mass = bench_.shared->parts.objects.front().physics.mass.low;
+  for (Seed seed = 0; seed < 3; ++seed) {
+    World world(bench_.shared, light);
+    SimulatedRobotOptions off;
+    off.sensor_noise = {.torque_offset = 0.3, .position_offset = 0.0017};
+    off.jaw_offset = 0.001;
+    off.seed = seed;
+    SimulatedRobot robot(world, nullptr, off);
+    SkillOptions options;
+    options.strategy.verification = true;
+    RobotSkills careful = bench_.knowledge.make_skills(robot, nullptr, options);
+    careful.go_to_overview();
+    const GraspPlan grasp = plan(0.0);
+    ASSERT_EQ(careful.grasp(grasp), SkillResult::kDone) << seed;
+    const Place& place = bench_.knowledge.layout().places.front();
+    EXPECT_EQ(careful.carry(grasp, place, place.slots.front()), SkillResult::kDone) << seed;
+  }
+}
+
 TEST_F(GraspVerification, WithoutItALoadThatIsGoneGoesUnnoticed) {
   EXPECT_EQ(carry_what_becomes_light(false), SkillResult::kDone);
 }

@@ -74,6 +74,20 @@ TEST(SimulatedRobot, WrongZerosStayAndShiftBothSidesOfAJoint) {
   EXPECT_TRUE(errors().isApprox(first, 1e-9));
 }
 
+TEST(SimulatedRobot, JawsStandFurtherApartThanTheyReadByTheirOffset) {
+  constexpr double kOffset = 0.003;
+  World world = make_world("single_bottle");
+  SimulatedRobotOptions options;
+  options.jaw_offset = kOffset;
+  options.watched = false;  // the arm falls
+  SimulatedRobot robot(world, nullptr, options);
+  RobotCommand command;
+  command.gripper = {.width = 0.08, .speed = 0.4, .force = 40.0};
+  for (int i = 0; i < 500; ++i) robot.exchange(command);
+  EXPECT_NEAR(robot.state().gripper.width, 0.08, 5e-4);
+  EXPECT_NEAR(world.sensors().gripper.width, 0.08 + kOffset, 5e-4);
+}
+
 TEST(SimulatedRobot, SensorNoiseHasTheStatedSizeAndSeed) {
   World world = make_world("single_bottle");
   SimulatedRobotOptions options;
