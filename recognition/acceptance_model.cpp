@@ -28,6 +28,9 @@ FeatureVector acceptance_features(const HypothesisEvidence& evidence, double dil
   set(Feature::kClaimed, root(evidence.claimed, decided));
   set(Feature::kContinued, root(evidence.edges_continued, edges));
   set(Feature::kEdgesMatched, evidence.edges_matched / edges);
+  set(Feature::kEdgesOpen, root(evidence.edges_open, edges));
+  set(Feature::kEdgesAgree,
+      (evidence.edges_matched + evidence.edges_open) / std::max<double>(evidence.edges_seen, 1.0));
   set(Feature::kEdgesMissed, root(evidence.edges_missed, edges));
   if (evidence.edges_matched > 0) {
     set(Feature::kEdgeOffset, std::abs(static_cast<double>(evidence.edge_offset) - dilation));
@@ -49,6 +52,8 @@ double direction_of(Feature feature) {
     case Feature::kTypicalShare:
     case Feature::kMatchedShare:
     case Feature::kEdgesMatched:
+    case Feature::kEdgesOpen:
+    case Feature::kEdgesAgree:
     case Feature::kSecondFace:
     case Feature::kFixed:
       return 1.0;

@@ -21,7 +21,9 @@ enum class Feature : std::size_t {
   kClaimed,         ///< root of the share that another object explains
   kContinued,       ///< root of the silhouette's share beyond which the surface goes on
   kEdgesMatched,    ///< share of the silhouette at which the scene steps back
-  kEdgesMissed,     ///< root of the share at which it does so far inside
+  kEdgesOpen,       ///< root of the share at which the surface ends at what was not measured
+  kEdgesAgree,      ///< share of the silhouette in view at which either is so
+  kEdgesMissed,     ///< root of the share at which the scene is behind the model far inside
   kEdgeOffset,      ///< how far the steps lie from where the sensor's dilation puts them, pixels
   kEdgeSpread,      ///< standard deviation of their places, pixels
   kResidualBias,    ///< size of the mean residual, model tolerances

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 #include "recognition/parallel_for.h"
@@ -12,7 +13,9 @@ namespace binpick {
 namespace {
 
 constexpr double kHopelessLogOdds = -5.0;  // no sliding helps
-constexpr double kClearlyLess = 1.0;       // log odds: refinement trades silhouettes for surfaces
+constexpr double kRunnerUp = -3.0;         // least log odds of a candidate that may gain by sliding
+constexpr std::size_t kMostRunnersUp = 12;
+constexpr double kClearlyLess = 1.0;  // log odds: refinement trades silhouettes for surfaces
 
 }  // namespace
 
@@ -99,6 +102,54 @@ const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
   dilation_ = selection.dilation();
   judgements_ = selection.release_memory();
   return selected_;
+}
+
+std::vector<std::size_t> CandidatePool::runners_up() const {
+  std::vector<double> decided;
+  std::vector<std::size_t> best_first;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    decided.push_back(acceptance_.log_odds(decided_[i]));
+    if (decided[i] > kRunnerUp) best_first.push_back(i);
+  }
+  std::stable_sort(best_first.begin(), best_first.end(),
+                   [&](std::size_t a, std::size_t b) { return decided[a] > decided[b]; });
+  std::vector<std::size_t> represented;
+  for (const SelectedCandidate& selected : selected_) represented.push_back(selected.candidate);
+  std::vector<std::size_t> result;
+  for (const std::size_t i : best_first) {
+    if (result.size() == kMostRunnersUp) break;
+    if (std::any_of(represented.begin(), represented.end(), [&](std::size_t other) {
+          return is_same_object(library_.models(), candidates_[i], candidates_[other]);
+        })) {
+      continue;
+    }
+    represented.push_back(i);
+    result.push_back(i);
+  }
+  return result;
+}
+
+void CandidatePool::slide_runners_up() {
+  const std::vector<std::size_t> chosen = runners_up();
+  const PixelClaims claims = claims_of_selected();
+  std::vector<std::optional<Candidate>> moved(chosen.size());
+  parallel_for(static_cast<int>(chosen.size()), jobs_, [&](int i) {
+    EvidenceGatherer gatherer(scene_, sensor_);
+    const auto index = static_cast<std::size_t>(i);
+    const auto claimant = static_cast<std::int32_t>(chosen[index]);
+    const Candidate& from = candidates_[chosen[index]];
+    const RecognitionModel& model = model_of(from);
+    Candidate candidate = from;
+    candidate.evidence = gatherer.gather(model, from.T_camera_model, &claims, claimant);
+    if (is_mostly_claimed(candidate.evidence)) return;
+    slide_to_silhouette(gatherer, candidate, &claims, claimant);
+    if (candidate.T_camera_model.isApprox(from.T_camera_model)) return;
+    candidate.evidence = gatherer.gather(model, candidate.T_camera_model);
+    moved[index] = candidate;
+  });
+  for (const std::optional<Candidate>& candidate : moved) {
+    if (candidate) candidates_.push_back(*candidate);
+  }
 }
 
 int CandidatePool::accepted() const {

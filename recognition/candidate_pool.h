@@ -34,6 +34,11 @@ class CandidatePool {
   /// between rounds, in the end what is right for all that can be said about it.
   const std::vector<SelectedCandidate>& select(bool is_last = false);
 
+  /// Adds to the candidates the best of those that nothing selected stands for, moved as
+  /// slide_selected() does: a pose that is right but for a shift that its points leave open fails
+  /// at the silhouette.
+  void slide_runners_up();
+
   /// Moves the selected candidates along directions that their points leave open to where the
   /// silhouette fits best, each beside what the others explain. Whoever does not stand beside the
   /// others any more is dropped.
@@ -67,6 +72,8 @@ class CandidatePool {
   [[nodiscard]] bool is_doubtful(const SelectedCandidate& selected) const;
   void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
                            const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
+  /// The most credible of the candidates that nothing selected stands for, one of each object.
+  [[nodiscard]] std::vector<std::size_t> runners_up() const;
   [[nodiscard]] PixelClaims claims_of_selected() const;
   [[nodiscard]] const RecognitionModel& model_of(const Candidate& candidate) const;
 

@@ -41,6 +41,14 @@ bool is_mostly_claimed(const HypothesisEvidence& evidence) {
   return evidence.claimed > kMostClaimed * (evidence.matched + evidence.claimed);
 }
 
+bool is_same_object(std::span<const RecognitionModel> models, const Candidate& a,
+                    const Candidate& b) {
+  if (a.model != b.model) return false;
+  const RecognitionModel& model = models[static_cast<std::size_t>(a.model)];
+  return mssd(a.T_camera_model.cast<double>(), b.T_camera_model.cast<double>(), model.hull,
+              model.symmetries) < kSameObject * static_cast<double>(model.diameter);
+}
+
 double estimate_dilation(std::span<const Candidate> candidates, const AcceptanceModel& acceptance,
                          double fallback) {
   struct Vote {
@@ -97,14 +105,6 @@ DetectionSelection::DetectionSelection(std::span<const RecognitionModel> models,
 bool DetectionSelection::overlap(std::size_t a, std::size_t b) const {
   const float reach = footprints_[a].radius + footprints_[b].radius;
   return (footprints_[a].centre - footprints_[b].centre).squaredNorm() < reach * reach;
-}
-
-bool DetectionSelection::is_same_object(std::size_t a, std::size_t b) const {
-  if (candidates_[a].model != candidates_[b].model) return false;
-  const RecognitionModel& model = models_[static_cast<std::size_t>(candidates_[a].model)];
-  return mssd(candidates_[a].T_camera_model.cast<double>(),
-              candidates_[b].T_camera_model.cast<double>(), model.hull,
-              model.symmetries) < kSameObject * static_cast<double>(model.diameter);
 }
 
 std::vector<std::size_t> DetectionSelection::within(

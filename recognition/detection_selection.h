@@ -58,6 +58,10 @@ using JudgementMemory = std::vector<JudgedCandidate>;
 /// Whether so much of what agrees with a hypothesis is another's that the rest says little.
 [[nodiscard]] bool is_mostly_claimed(const HypothesisEvidence& evidence);
 
+/// Whether two candidates are poses of one object, a tenth of its diameter apart at most (MSSD).
+[[nodiscard]] bool is_same_object(std::span<const RecognitionModel> models, const Candidate& a,
+                                  const Candidate& b);
+
 /// Picks the candidates that stand beside each other: a pixel is explained by one of them, and the
 /// sum of their log odds is as large as greedy choice and single exchanges make it. What a chosen
 /// candidate explains is no evidence for another, nor against it: a neighbour that goes on where
@@ -114,7 +118,9 @@ class DetectionSelection {
   [[nodiscard]] std::vector<std::size_t> within(const PixelBox& box,
                                                 const std::vector<SelectedCandidate>& chosen) const;
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;
-  [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const;
+  [[nodiscard]] bool is_same_object(std::size_t a, std::size_t b) const {
+    return binpick::is_same_object(models_, candidates_[a], candidates_[b]);
+  }
   void exchange(Choice& choice);
   void find_margins(std::vector<SelectedCandidate>& selected);
 

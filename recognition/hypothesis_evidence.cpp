@@ -15,9 +15,10 @@ constexpr int kInwardReach = 3;
 constexpr int kLeastOutwardReach = 5;   // pixels: beyond any sensor's dilation
 constexpr float kLeavesOutward = 1.6f;  // and this many leaves beyond the silhouette
 constexpr float kSteepest = 5.0f;       // tangent of the slant at which a surface may go on
+constexpr float kNoise = 3.0f;          // standard deviations
 constexpr float kContinuedBand = 1.5f;  // limits
 constexpr float kStepBand = 3.0f;       // limits
-constexpr float kSmoothStep = 0.8f;     // 37 degrees between neighbours: normals are noisy
+constexpr float kSmoothStep = 0.6f;     // 53 degrees between neighbours: normals are noisy
 constexpr float kSmoothTurn = 0.7f;     // 46 degrees in all: less than at most creases
 constexpr int kBeyond = 3;              // pixels outside the silhouette
 // A normal counts where those within this many leaves of it, the reach of the scene's normals, have
@@ -204,8 +205,10 @@ class EvidencePass {
     const Verdict verdict = verdict_at(u, v);
     ++evidence_.edges;
     if (verdict == Verdict::kSeenThrough) {
+      ++evidence_.edges_seen;
       walk_inwards(u, v, du, dv);
     } else if (verdict == Verdict::kMatched || verdict == Verdict::kBadNormal) {
+      ++evidence_.edges_seen;
       walk_outwards(u, v, du, dv);
     } else if (verdict == Verdict::kNearOccluded || verdict == Verdict::kFarOccluded) {
       walk_through(u, v, du, dv);
@@ -232,8 +235,9 @@ class EvidencePass {
   /// where it matches, then in front of the model, to beyond the silhouette is that of something
   /// larger.
   void walk_through(int u, int v, int du, int dv) {
-    const float pixel = rules_.pixel_width * window_.depth[window_.index(u, v)];
-    const float steepest = kSteepest * pixel;
+    const float z = window_.depth[window_.index(u, v)];
+    const float steepest = std::sqrt(square(kSteepest * rules_.pixel_width * z) +
+                                     square(kNoise) * 2.0f * rules_.sensor.axial_variance(z));
     const auto goes_on_from = [&](int k, int direction) {
       return goes_on(window_.u0 + u + k * du, window_.v0 + v + k * dv, direction * du,
                      direction * dv, steepest);
@@ -285,7 +289,10 @@ class EvidencePass {
       if (verdict_at(u + k * du, v + k * dv) != Verdict::kOutside) return;
       const int index = at_v * projection_.width + at_u;
       const ScenePixel& seen = scene_.pixel(index);
-      if (!(seen.depth > 0.0f)) return;
+      if (!(seen.depth > 0.0f)) {
+        ++evidence_.edges_open;
+        return;
+      }
       // Where the model's tangent plane would be, and how far from it in depth it is still there.
       const float n_ray = n.dot(projection_.point(at_u, at_v, 1.0f));
       const float farthest = kSteepest * pixel * static_cast<float>(k);

@@ -35,9 +35,11 @@ struct HypothesisEvidence {
   /// Samples of the model's silhouette, each walked outwards and, where the scene is behind the
   /// model there, inwards.
   int edges = 0;
+  int edges_seen = 0;        ///< nothing stands in front of the model there
   int edges_matched = 0;     ///< the scene steps back near the silhouette
   int edges_missed = 0;      ///< the scene is behind the model well inside the silhouette
   int edges_continued = 0;   ///< the surface goes on beyond the silhouette
+  int edges_open = 0;        ///< the surface ends at what was not measured
   float edge_offset = 0.0f;  ///< mean place of the step, pixels outwards: the sensor's dilation
   float edge_spread = 0.0f;  ///< standard deviation of the steps' places, pixels
 

@@ -320,6 +320,7 @@ void Run::recognize_in_rounds() {
     if (round > 0 && pool.selected().size() == before) break;
   }
   scene_.set_explained({});
+  pool.slide_runners_up();
   pool.select(/*is_last=*/true);
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = static_cast<int>(pool.candidates().size());

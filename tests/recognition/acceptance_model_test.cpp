@@ -130,7 +130,7 @@ TEST(AcceptanceModel, ContradictionsLowerTheOdds) {
   HypothesisEvidence good;
   good.rendered = 2000;
   good.matched = 1900;
-  good.edges = 100;
+  good.edges = good.edges_seen = 100;
   good.edges_matched = 80;
   good.edge_spread = 0.7f;
   good.residual_rms = 0.3f;
@@ -152,6 +152,10 @@ TEST(AcceptanceModel, ContradictionsLowerTheOdds) {
   HypothesisEvidence without_steps = good;
   without_steps.edges_matched = 0;
   EXPECT_LT(odds(without_steps), odds(good) - 1.0);
+  HypothesisEvidence before_nothing = without_steps;
+  before_nothing.edges_open = 80;
+  EXPECT_GT(odds(before_nothing), odds(without_steps) + 1.0)
+      << "no measurement is no contradiction";
 }
 
 }  // namespace

@@ -21,12 +21,15 @@ class Pool : public ::testing::Test {
     truth_.linear() = (Eigen::AngleAxisf(0.7f, Eigen::Vector3f::UnitX()) *
                        Eigen::AngleAxisf(0.6f, Eigen::Vector3f::UnitY()))
                           .toRotationMatrix();
+    observe(truth_);
+  }
+
+  void observe(const Eigen::Isometry3f& T) {
     RangeImage image;
     image.intrinsics = {320, 240, 290.0, 290.0, 159.5, 119.5};
     image.depth.assign(320u * 240u, 1.5f);
     DepthRasterizer rasterizer;
-    const RenderedModel& r =
-        rasterizer.render(library_.models()[0].render_mesh, truth_, kProjection);
+    const RenderedModel& r = rasterizer.render(library_.models()[0].render_mesh, T, kProjection);
     for (int v = 0; v < r.height; ++v) {
       for (int u = 0; u < r.width; ++u) {
         if (!r.covers(u, v)) continue;
@@ -49,6 +52,28 @@ TEST_F(Pool, ADetectionThatStandsSurvivesTheSlide) {
   pool.slide_selected();
   ASSERT_EQ(pool.selected().size(), 1u);
   EXPECT_GE(pool.selected()[0].log_odds, before);
+}
+
+TEST_F(Pool, ARunnerUpThatIsRightButForAShiftAlongItsOnlyFaceIsFound) {
+  Eigen::Isometry3f face_on = Eigen::Isometry3f::Identity();
+  face_on.translation() << 0.0f, 0.0f, 0.8f;
+  observe(face_on);
+  Eigen::Isometry3f shifted = face_on;
+  shifted.translation().x() += 0.02f;
+  AcceptanceModel by_silhouette;
+  by_silhouette.bias = -6.5;
+  by_silhouette.terms[static_cast<std::size_t>(Feature::kEdgesMatched)].slope = 8.0;
+  CandidatePool pool(library_, *scene_, by_silhouette, 0.3, 1);
+  pool.add({{0, shifted, 1.0f}}, 5, false);
+  ASSERT_TRUE(pool.select().empty());
+  pool.slide_runners_up();
+  ASSERT_EQ(pool.candidates().size(), 2u) << "both are kept";
+  const Eigen::Vector3f found = pool.candidates()[1].T_camera_model.translation();
+  EXPECT_LT((found - face_on.translation()).norm(), 2.0f * 0.8f / 290.0f) << "two pixels";
+  EXPECT_EQ(pool.select(/*is_last=*/true).size(), 1u);
+  // What is selected needs no runner-up.
+  pool.slide_runners_up();
+  EXPECT_EQ(pool.candidates().size(), 2u);
 }
 
 TEST_F(Pool, RefinementThatLosesTheObjectIsUndone) {

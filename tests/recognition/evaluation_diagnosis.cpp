@@ -19,9 +19,10 @@ namespace binpick::testing {
 namespace {
 
 constexpr std::array<const char*, kFeatures> kFeatureNames = {
-    "evidence",   "typical",    "matched", "bad_normal", "through",     "through_rim", "near_occl",
-    "claimed",    "continued",  "edges",   "missed",     "edge_offset", "spread",      "res_bias",
-    "res_spread", "normal_err", "faces",   "unseen",     "fixed",       "resolution"};
+    "evidence",  "typical",     "matched",   "bad_normal", "through",    "through_rim",
+    "near_occl", "claimed",     "continued", "edges",      "open",       "agree",
+    "missed",    "edge_offset", "spread",    "res_bias",   "res_spread", "normal_err",
+    "faces",     "unseen",      "fixed",     "resolution"};
 
 constexpr double kNearTruth = 0.1;  // diameters
 

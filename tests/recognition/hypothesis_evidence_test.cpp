@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "models/random.h"
 #include "recognition/shapes.h"
 
 namespace binpick {
@@ -65,10 +66,24 @@ TEST_F(Evidence, TruePoseMatchesInsideAndAlongTheSilhouette) {
   EXPECT_EQ(e.seen_through, 0);
   EXPECT_EQ(e.near_occluded, 0);
   EXPECT_EQ(e.edges_continued, 0);
+  EXPECT_EQ(e.edges_seen, e.edges);
   EXPECT_GT(e.edges_matched, 0.8 * e.edges);
   EXPECT_NEAR(e.edge_offset, 0.0f, 0.2f);
   EXPECT_GT(e.second_face, 0.05f);
   EXPECT_LT(e.residual_rms, 0.1f);
+}
+
+TEST_F(Evidence, BeforeNothingTheSilhouetteIsOpen) {
+  RangeImage image = picture_of(model_, tilted());
+  for (float& depth : image.depth) {
+    if (depth == 1.5f) depth = 0.0f;
+  }
+  const ObservedScene alone = observe(image);
+  EvidenceGatherer gatherer(alone, sensor_);
+  const HypothesisEvidence e = gatherer.gather(model_, tilted());
+  EXPECT_EQ(e.edges_matched, 0);
+  EXPECT_GT(e.edges_open, 0.8 * e.edges);
+  EXPECT_EQ(gatherer_.gather(model_, tilted()).edges_open, 0) << "before a wall";
 }
 
 TEST_F(Evidence, PosesInFrontAndBehindAreToldApart) {
@@ -109,6 +124,17 @@ TEST_F(Evidence, AThinCylinderOnTheFrontOfAThickOneSeesItGoOn) {
   EXPECT_GT(e.edges_continued, 0.3 * e.edges);
 }
 
+TEST_F(Evidence, NoiseHidesLittleOfASurfaceThatGoesOn) {
+  RangeImage image = picture_of(cylinder(0.066), standing(0.066f));
+  Random random(5);
+  for (float& depth : image.depth) depth += static_cast<float>(0.006 * random.normal());
+  const ObservedScene thick = observe(image);
+  const SensorEstimate noisy = estimate_sensor(thick);
+  EvidenceGatherer gatherer(thick, noisy);
+  const HypothesisEvidence e = gatherer.gather(cylinder(0.044), standing(0.044f));
+  EXPECT_GT(e.edges_continued, 0.5 * e.edges);
+}
+
 TEST_F(Evidence, AnOccluderIsNoSurfaceThatGoesOn) {
   RangeImage image = picture_of(cylinder(0.044), standing(0.044f));
   Eigen::Isometry3f in_front = Eigen::Isometry3f::Identity();
@@ -121,6 +147,8 @@ TEST_F(Evidence, AnOccluderIsNoSurfaceThatGoesOn) {
   const HypothesisEvidence e = gatherer.gather(cylinder(0.044), standing(0.044f));
   EXPECT_GT(e.far_occluded, 0.1 * e.rendered);
   EXPECT_EQ(e.edges_continued, 0);
+  EXPECT_LT(e.edges_seen, 0.9 * e.edges);
+  EXPECT_GT(e.edges_matched, 0.8 * e.edges_seen);
 }
 
 TEST_F(Evidence, AModelLargerThanTheObjectIsSeenThrough) {

@@ -129,8 +129,9 @@ SceneParameters draw_harsh(Random& random) {
   p.arrangement = static_cast<Arrangement>(random.index(3));
   const double where = random.uniform();
   if (where > 0.5) p.surroundings = Surroundings::kTableCutAway;
-  if (where > 0.7) p.surroundings = Surroundings::kBin;
-  if (where > 0.85) p.surroundings = Surroundings::kWall;
+  if (where > 0.68) p.surroundings = Surroundings::kBin;
+  if (where > 0.8) p.surroundings = Surroundings::kWall;
+  if (where > 0.9) p.surroundings = Surroundings::kColumn;
   const bool separate = p.arrangement == Arrangement::kSeparate;
   p.known = 1 + static_cast<int>(random.index(separate ? 4 : 8));
   p.unknown = static_cast<int>(random.index(separate ? 2 : 5));
@@ -147,8 +148,8 @@ SceneParameters draw_harsh(Random& random) {
 
 const std::vector<std::string>& variant_names() {
   static const std::vector<std::string> names = {
-      "kinect",  "separate", "leaning", "dilated", "scaled", "half",  "double",  "noisy",
-      "unknown", "copies",   "views",   "bin",     "tof",    "laser", "nothing", "harsh"};
+      "kinect", "separate", "leaning", "dilated", "scaled", "half",  "double",  "noisy", "unknown",
+      "copies", "views",    "bin",     "tof",     "laser",  "alone", "nothing", "harsh"};
   return names;
 }
 
@@ -186,6 +187,9 @@ SceneParameters draw_parameters(std::string_view variant, Seed seed) {
     p.camera = camera_of(512, 424, 365.0);
   } else if (variant == "laser") {
     make_laser(p, random);
+  } else if (variant == "alone") {
+    make_laser(p, random);
+    p.surroundings = Surroundings::kTableCutAway;
   } else if (variant == "nothing") {
     p.known = 0;
     p.unknown = 5;

@@ -20,7 +20,8 @@ enum class Surroundings {
   kTable,         ///< and the floor below it
   kTableCutAway,  ///< the table was removed from the scan up to 6 mm above it
   kBin,           ///< within four low walls on the table
-  kWall           ///< an upright board stands behind the objects
+  kWall,          ///< an upright board stands behind the objects
+  kColumn         ///< a post or the foot of a machine stands beside them
 };
 
 /// What is handed to the recognizer.
@@ -73,6 +74,7 @@ struct SceneParameters {
 ///   bin         in a bin
 ///   tof         time-of-flight camera
 ///   laser       laser scanner of about 290 000 points, unorganised, viewpoint off by up to 1 cm
+///   alone       the same, with nothing but the objects in the scan
 ///   nothing     five unknown objects, no known one
 ///   harsh       all of the above drawn at random, with wider ranges of the sensor's parameters
 [[nodiscard]] const std::vector<std::string>& variant_names();

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <variant>
 
+#include "recognition/shapes.h"
 #include "recognition/synthetic_camera.h"
 
 namespace binpick::testing {
@@ -162,6 +163,15 @@ void put_surroundings(Builder& builder, const SceneParameters& p, Random& random
     T.translate(Eigen::Vector3d(0.0, random.uniform(0.28, 0.45), 0.2));
     T.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitX()));
     builder.put(std::move(wall), T);
+  }
+  if (p.surroundings == Surroundings::kColumn) {
+    const double bearing = random.uniform(0.0, 2.0 * std::numbers::pi);
+    const double radius = random.uniform(0.03, 0.12);
+    const double height = random.uniform(0.1, 0.5);
+    const double distance = p.radius + radius + random.uniform(0.02, 0.2);
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() << distance * std::cos(bearing), distance * std::sin(bearing), 0.5 * height;
+    builder.put(make_shape(make_prism(96, radius, height)), T);
   }
 }
 
