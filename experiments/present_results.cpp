@@ -28,7 +28,7 @@ int present_results(const ResultFolder& folder, const Experiment& experiment) {
     fmt::print("report: {}\n", write_report(folder, experiment, results, summary).string());
   } else {
     fmt::print("{} of {} trials are there: run what is missing, or merge the other shards\n",
-               summary.pooled.trials, summary.expected_trials);
+               summary.pooled.counts.trials, summary.expected_trials);
   }
   const bool fine = results.conflicts.empty() && summary.gates_passed();
   return fine ? kExitOk : kExitGateFailed;

@@ -51,6 +51,17 @@ double inverse_incomplete_beta(double a, double b, double p) {
   return 0.5 * (low + high);
 }
 
+/// Wilson's interval of a rate `p` seen in `n` trials, which need not be whole.
+Interval wilson_interval(double p, double n) {
+  const double z2 = kNormalQuantile * kNormalQuantile;
+  const double centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+  const double half =
+      kNormalQuantile / (1.0 + z2 / n) * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
+  // At the ends the bound is exact; rounding must not move it inside.
+  return {p == 0.0 ? 0.0 : std::max(0.0, centre - half),
+          p == 1.0 ? 1.0 : std::min(1.0, centre + half)};
+}
+
 }  // namespace
 
 double regularized_incomplete_beta(double a, double b, double x) {
@@ -98,17 +109,26 @@ Proportion operator+(const Proportion& a, const Proportion& b) {
 
 Interval wilson_interval(const Proportion& proportion) {
   if (proportion.trials == 0) return {0.0, 1.0};
-  const auto n = static_cast<double>(proportion.trials);
-  const double p = proportion.rate();
-  const double z2 = kNormalQuantile * kNormalQuantile;
-  const double centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
-  const double half =
-      kNormalQuantile / (1.0 + z2 / n) * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
-  // At the ends the bound is exact; rounding must not move it inside.
-  const double low = proportion.successes == 0 ? 0.0 : std::max(0.0, centre - half);
-  const double high =
-      proportion.successes == proportion.trials ? 1.0 : std::min(1.0, centre + half);
-  return {low, high};
+  return wilson_interval(proportion.rate(), static_cast<double>(proportion.trials));
+}
+
+Interval clustered_interval(const std::vector<Proportion>& clusters) {
+  Proportion total;
+  for (const Proportion& cluster : clusters) total = total + cluster;
+  const auto n = static_cast<double>(total.trials);
+  const auto k = static_cast<double>(clusters.size());
+  if (n <= k) return wilson_interval(total);
+  const double p = total.rate();
+  const double independent = p * (1.0 - p) / n;
+  if (!(independent > 0.0)) return wilson_interval(p, k);
+  double squares = 0.0;
+  for (const Proportion& cluster : clusters) {
+    const double residual =
+        static_cast<double>(cluster.successes) - p * static_cast<double>(cluster.trials);
+    squares += residual * residual;
+  }
+  const double variance = k < 2.0 ? independent * n : k / (k - 1.0) * squares / (n * n);
+  return wilson_interval(p, n / std::max(variance / independent, 1.0));
 }
 
 Interval clopper_pearson_interval(const Proportion& proportion) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "models/geometry.h"
 
@@ -21,6 +22,12 @@ struct Proportion {
 
 /// Wilson's score interval at 95 % (Wilson 1927); [0, 1] without trials.
 [[nodiscard]] Interval wilson_interval(const Proportion& proportion);
+
+/// The 95 % interval of the rate over clusters of trials that share what they draw: Wilson's for as
+/// many trials as would say the same if they were independent, the trials over the design effect
+/// (Korn and Graubard, Survey Methodology 24, 1998), and never for more than there are. Where all
+/// succeed or all fail there is no variance to tell: then for as many as there are clusters.
+[[nodiscard]] Interval clustered_interval(const std::vector<Proportion>& clusters);
 
 /// The exact interval of Clopper and Pearson (1934) at 95 %; covers at least 95 % always.
 [[nodiscard]] Interval clopper_pearson_interval(const Proportion& proportion);

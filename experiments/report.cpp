@@ -59,16 +59,16 @@ class ReportPage {
     html_ += fmt::format(
         "<p class=\"lead\">{} of {} trials in {} cells, seed {}: {} succeeded "
         "({}, 95 % interval {}).</p>\n",
-        summary_.pooled.trials, summary_.expected_trials, experiment_.cells().size(),
-        experiment_.config().seed, summary_.pooled.successes, percent_text(summary_.pooled.rate()),
-        interval_text(wilson_interval(summary_.pooled)));
+        summary_.pooled.counts.trials, summary_.expected_trials, experiment_.cells().size(),
+        experiment_.config().seed, summary_.pooled.counts.successes,
+        percent_text(summary_.pooled.counts.rate()), interval_text(summary_.pooled.interval));
     if (!summary_.complete()) {
       html_ += fmt::format(
           "<p class=\"bad\">Not finished: {} of {} trials are missing. <code>binpick run</code> "
           "makes "
           "them, "
           "<code>binpick merge</code> joins other shards.</p>\n",
-          summary_.expected_trials - summary_.pooled.trials, summary_.expected_trials);
+          summary_.expected_trials - summary_.pooled.counts.trials, summary_.expected_trials);
     }
     if (!results_.conflicts.empty()) {
       html_ += fmt::format(
@@ -180,7 +180,7 @@ class ReportPage {
         const std::int64_t count = count_of(outcome, stage);
         sum += count;
         const std::string colour =
-            outcome == TrialOutcome::kSuccess ? "" : heat(count, summary_.pooled.trials);
+            outcome == TrialOutcome::kSuccess ? "" : heat(count, summary_.pooled.counts.trials);
         row += fmt::format("<td{}>{}</td>", colour, count == 0 ? "" : fmt::format("{}", count));
       }
       if (sum == 0) continue;
@@ -214,7 +214,8 @@ class ReportPage {
 
   void add_failures() {
     html_ += "<h2>Failed trials</h2>\n";
-    if (summary_.pooled.successes == summary_.pooled.trials) html_ += "<p>None.</p>\n";
+    if (summary_.pooled.counts.successes == summary_.pooled.counts.trials)
+      html_ += "<p>None.</p>\n";
     for (const Cell& cell : experiment_.cells()) {
       const Proportion& ours = summary_.cells[cell.index].ours;
       if (ours.successes == ours.trials) continue;

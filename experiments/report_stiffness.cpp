@@ -84,10 +84,10 @@ class StiffnessSection {
         plot.series.push_back({label, {}});
         series = plot.series.end() - 1;
       }
-      const Proportion rate = plane.pooled(summary_);
-      if (rate.trials == 0) continue;
-      series->points.push_back({std::strtod(plane.others.at(swept).c_str(), nullptr), rate.rate(),
-                                wilson_interval(rate)});
+      const PooledRate rate = plane.pooled(summary_);
+      if (rate.counts.trials == 0) continue;
+      series->points.push_back({std::strtod(plane.others.at(swept).c_str(), nullptr),
+                                rate.counts.rate(), rate.interval});
     }
     html_ += "<div class=\"plots\">\n" + xy_plot_svg(plot) + "</div>\n";
   }
@@ -113,10 +113,10 @@ class StiffnessSection {
       for (std::size_t other = 0; other < others; ++other) {
         cells.push_back(translation ? plane.cells[level][other] : plane.cells[other][level]);
       }
-      for (const std::size_t cell : cells) levels[level] = levels[level] + ours(cell);
+      const PooledRate pooled = summary_.pooled_over(cells);
+      levels[level] = pooled.counts;
       rates += fmt::format("{}{}: {} {}", level == 0 ? "" : "<br/>", html_escape(values[level]),
-                           percent_text(levels[level].rate()),
-                           interval_text(wilson_interval(levels[level])));
+                           percent_text(levels[level].rate()), interval_text(pooled.interval));
       if (const auto counts = paper(cells)) {
         rates += fmt::format(", paper {}/{}", counts->successes, counts->trials);
         papers.push_back(*counts);
@@ -157,7 +157,7 @@ class StiffnessSection {
       if (!plane.outcomes) continue;
       claims = claims_about(plane, experiment_);
       rows += fmt::format("<tr><td class=\"text\">{}</td><td>{}</td>", html_escape(plane.name()),
-                          percent_text(plane.pooled(summary_).rate()));
+                          percent_text(plane.pooled(summary_).counts.rate()));
       for (const StiffnessClaim& claim : claims) {
         rows += fmt::format("<td class=\"text\">{:+.1f} {}<br/>{}</td>", 100.0 * claim.difference,
                             interval_text(claim.interval), to_text(claim.verdict));

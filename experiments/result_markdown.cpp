@@ -24,7 +24,7 @@ std::string origin_line(const Experiment& experiment, const RunResults& results,
                         const ResultSummary& summary) {
   const RunManifest& manifest = results.manifest;
   return fmt::format("{} of {} trials, experiment `{}`, seed {}, binpick {} (build {}).\n",
-                     summary.pooled.trials, summary.expected_trials, manifest.experiment,
+                     summary.pooled.counts.trials, summary.expected_trials, manifest.experiment,
                      experiment.config().seed, manifest.program, manifest.build);
 }
 
@@ -58,9 +58,9 @@ std::string plane_table(const std::vector<StiffnessPlane>& planes, const Experim
   }
   TextTable table(header);
   for (const StiffnessPlane& plane : planes) {
-    const Proportion rate = plane.pooled(summary);
-    std::vector<std::string> texts{plane.name(), fmt::format("{}", rate.trials),
-                                   rate_text(rate, wilson_interval(rate))};
+    const PooledRate rate = plane.pooled(summary);
+    std::vector<std::string> texts{plane.name(), fmt::format("{}", rate.counts.trials),
+                                   rate_text(rate.counts, rate.interval)};
     if (plane.outcomes) {
       for (const StiffnessClaim& claim : claims_about(plane, experiment)) {
         texts.push_back(claim_text(claim));

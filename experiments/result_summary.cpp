@@ -11,9 +11,6 @@
 namespace binpick {
 namespace {
 
-/// Trials of one cell: does trial i exist, and did it succeed?
-using CellTrials = std::map<std::int64_t, bool>;
-
 std::vector<CellTrials> successes_by_cell(const Experiment& experiment, const TrialTable& table) {
   std::map<std::string, std::size_t> index_of;
   for (const Cell& cell : experiment.cells()) index_of[cell.key] = cell.index;
@@ -61,8 +58,7 @@ CellSummary summarize_cell(const ExperimentConfig& config, const TrialQuota& quo
   return summary;
 }
 
-ColumnSummary summarize_column(const Experiment& experiment,
-                               const std::vector<CellSummary>& summaries,
+ColumnSummary summarize_column(const Experiment& experiment, const ResultSummary& all,
                                std::optional<std::size_t> axis, std::size_t value) {
   ColumnSummary column;
   if (axis) column.label = experiment.config().axes[*axis].label(value);
@@ -70,12 +66,12 @@ ColumnSummary summarize_column(const Experiment& experiment,
   std::vector<Proportion> paper;
   for (const Cell& cell : experiment.cells()) {
     if (axis && cell.values[*axis] != value) continue;
-    const CellSummary& summary = summaries[cell.index];
+    const CellSummary& summary = all.cells[cell.index];
     column.cells.push_back(cell.index);
-    column.pooled = column.pooled + summary.ours;
     ours.push_back(summary.ours);
     if (summary.paper && summary.ours.trials > 0) paper.push_back(*summary.paper);
   }
+  column.pooled = all.pooled_over(column.cells);
   column.homogeneity = test_homogeneity(ours);
   if (paper.size() == ours.size()) {
     const Seed seed = derive_seed(static_cast<Seed>(experiment.config().seed), "bootstrap");
@@ -105,18 +101,20 @@ PairedComparison compare_columns(const ColumnSummary& first, const ColumnSummary
 }
 
 GateResult judge_gate(const Experiment& experiment, const GateConfig& gate,
-                      const std::vector<CellSummary>& summaries) {
+                      const ResultSummary& all) {
   GateResult result;
   result.minimum_rate = gate.minimum_rate;
   for (const auto& [axis, value] : gate.cell) {
     result.cell += fmt::format("{}{}={}", result.cell.empty() ? "" : ",", axis, value);
   }
   if (result.cell.empty()) result.cell = "all cells";
+  std::vector<std::size_t> cells;
   for (const Cell& cell : experiment.cells()) {
-    if (!matches(gate.cell, experiment.config().axes, cell)) continue;
-    result.ours = result.ours + summaries[cell.index].ours;
+    if (matches(gate.cell, experiment.config().axes, cell)) cells.push_back(cell.index);
   }
-  result.interval = wilson_interval(result.ours);
+  const PooledRate rate = all.pooled_over(cells);
+  result.ours = rate.counts;
+  result.interval = rate.interval;
   result.passed = result.interval.high >= gate.minimum_rate;
   return result;
 }
@@ -130,6 +128,23 @@ std::vector<OutcomeCount> count_outcomes(const TrialTable& table) {
 }
 
 }  // namespace
+
+PooledRate ResultSummary::pooled_over(const std::vector<std::size_t>& cell_indices) const {
+  std::map<std::int64_t, Proportion> by_number;
+  for (const std::size_t cell : cell_indices) {
+    for (const auto& [number, success] : trials[cell]) {
+      by_number[number] = by_number[number] + Proportion{success ? 1 : 0, 1};
+    }
+  }
+  PooledRate rate;
+  std::vector<Proportion> clusters;
+  for (const auto& [number, cluster] : by_number) {
+    rate.counts = rate.counts + cluster;
+    clusters.push_back(cluster);
+  }
+  rate.interval = clustered_interval(clusters);
+  return rate;
+}
 
 bool ResultSummary::gates_passed() const {
   return std::all_of(gates.begin(), gates.end(),
@@ -155,24 +170,27 @@ TrialTable trials_of(const Experiment& experiment, const TrialTable& table) {
 ResultSummary summarize(const Experiment& experiment, const TrialTable& table) {
   const TrialQuota quota(experiment);
   const TrialTable own = quota.select(table);
-  const std::vector<CellTrials> trials = successes_by_cell(experiment, own);
   const ExperimentConfig& config = experiment.config();
   ResultSummary summary;
+  summary.trials = successes_by_cell(experiment, own);
   summary.expected_trials = quota.expected(own);
+  std::vector<std::size_t> all_cells;
   for (const Cell& cell : experiment.cells()) {
-    summary.cells.push_back(summarize_cell(config, quota, cell, trials[cell.index]));
-    summary.pooled = summary.pooled + summary.cells.back().ours;
+    summary.cells.push_back(summarize_cell(config, quota, cell, summary.trials[cell.index]));
+    all_cells.push_back(cell.index);
   }
+  summary.pooled = summary.pooled_over(all_cells);
   const auto axis = column_axis(config);
   const std::size_t columns = axis ? config.axes[*axis].values.size() : 1;
   for (std::size_t value = 0; value < columns; ++value) {
-    summary.columns.push_back(summarize_column(experiment, summary.cells, axis, value));
+    summary.columns.push_back(summarize_column(experiment, summary, axis, value));
   }
   for (std::size_t i = 0; i + 1 < columns; ++i) {
-    summary.pairs.push_back(compare_columns(summary.columns[i], summary.columns[i + 1], trials));
+    summary.pairs.push_back(
+        compare_columns(summary.columns[i], summary.columns[i + 1], summary.trials));
   }
   for (const GateConfig& gate : config.gates) {
-    summary.gates.push_back(judge_gate(experiment, gate, summary.cells));
+    summary.gates.push_back(judge_gate(experiment, gate, summary));
   }
   summary.outcomes = count_outcomes(own);
   return summary;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,16 @@
 #include "experiments/table_comparison.h"
 
 namespace binpick {
+
+/// The trials of one cell by number, and whether each succeeded.
+using CellTrials = std::map<std::int64_t, bool>;
+
+/// A rate over several cells. Trials of one number share what they draw: the interval takes them as
+/// clusters.
+struct PooledRate {
+  Proportion counts;
+  Interval interval{0.0, 1.0};  ///< 95 %, clustered_interval()
+};
 
 struct CellSummary {
   Proportion ours;
@@ -39,7 +50,7 @@ struct GateResult {
 struct ColumnSummary {
   std::string label;               ///< empty without a column axis
   std::vector<std::size_t> cells;  ///< indices, in table order
-  Proportion pooled;
+  PooledRate pooled;
   HomogeneityTest homogeneity;
   std::optional<TableComparison> comparison;  ///< when the paper has counts for all cells
   std::optional<FlatReference> flat;          ///< likewise
@@ -61,10 +72,12 @@ struct ResultSummary {
   std::vector<PairedComparison> pairs;
   std::vector<OutcomeCount> outcomes;  ///< by outcome, then stage; zero counts left out
   std::vector<GateResult> gates;
-  Proportion pooled;
+  std::vector<CellTrials> trials;  ///< by cell index
+  PooledRate pooled;
   std::int64_t expected_trials = 0;  ///< see TrialQuota::expected
 
-  [[nodiscard]] bool complete() const { return pooled.trials == expected_trials; }
+  [[nodiscard]] PooledRate pooled_over(const std::vector<std::size_t>& cell_indices) const;
+  [[nodiscard]] bool complete() const { return pooled.counts.trials == expected_trials; }
   [[nodiscard]] bool gates_passed() const;
   /// Whether there is a paper's count for any cell.
   [[nodiscard]] bool has_paper() const;

@@ -98,7 +98,7 @@ TextTable cell_table(const Experiment& experiment, const ResultSummary& summary)
 TextTable outcome_table(const ResultSummary& summary) {
   TextTable table({"outcome", "stage", "trials", "%"});
   for (const OutcomeCount& each : summary.outcomes) {
-    const Proportion share{each.count, summary.pooled.trials};
+    const Proportion share{each.count, summary.pooled.counts.trials};
     const bool success = each.outcome == TrialOutcome::kSuccess;
     table.add_row({std::string(to_text(each.outcome)),
                    success ? "" : std::string(to_text(each.stage)), fmt::format("{}", each.count),
@@ -152,11 +152,13 @@ std::vector<std::string> table_statements(const Experiment& experiment,
                                           const ResultSummary& summary) {
   std::vector<std::string> statements;
   for (const ColumnSummary& column : summary.columns) {
-    if (column.pooled.trials == 0) continue;
+    if (column.pooled.counts.trials == 0) continue;
     const std::string which = of_column(experiment, column);
-    statements.push_back(fmt::format("all cells{}: {} = {}, 95 % interval {}", which,
-                                     counts_text(column.pooled), percent_text(column.pooled.rate()),
-                                     interval_text(wilson_interval(column.pooled))));
+    statements.push_back(fmt::format("all cells{}: {} = {}, 95 % interval{} {}", which,
+                                     counts_text(column.pooled.counts),
+                                     percent_text(column.pooled.counts.rate()),
+                                     column.cells.size() > 1 ? " over trial numbers" : "",
+                                     interval_text(column.pooled.interval)));
     if (column.homogeneity.degrees_of_freedom > 0) {
       statements.push_back(
           fmt::format("cells alike{}? chi-square {:.1f} on {} degrees of freedom, {}", which,

@@ -69,7 +69,7 @@ std::optional<double> RunStatus::time_left() const {
 RunStatus run_status(const Experiment& experiment, const std::vector<std::filesystem::path>& stores,
                      const RunResults& results, const ResultSummary& summary) {
   RunStatus status;
-  status.done = summary.pooled.trials;
+  status.done = summary.pooled.counts.trials;
   status.expected = summary.expected_trials;
   status.complete = summary.complete();
   status.open_ended = experiment.config().stopping.active() && !status.complete;

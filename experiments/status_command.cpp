@@ -75,7 +75,7 @@ std::string status_json(const Experiment& experiment, const RunStatus& status,
                               {"state", status.state()},
                               {"done", status.done},
                               {"expected", status.expected},
-                              {"successes", summary.pooled.successes},
+                              {"successes", summary.pooled.counts.successes},
                               {"time_left_s", optional_number(status.time_left())},
                               {"work_time_s", status.work_time}};
   json["parts"] = nlohmann::ordered_json::array();

@@ -140,12 +140,10 @@ std::string StiffnessPlane::name() const {
   return name.empty() ? "all trials" : name;
 }
 
-Proportion StiffnessPlane::pooled(const ResultSummary& summary) const {
-  Proportion sum;
-  for (const auto& row : cells) {
-    for (const std::size_t cell : row) sum = sum + summary.cells[cell].ours;
-  }
-  return sum;
+PooledRate StiffnessPlane::pooled(const ResultSummary& summary) const {
+  std::vector<std::size_t> all;
+  for (const auto& row : cells) all.insert(all.end(), row.begin(), row.end());
+  return summary.pooled_over(all);
 }
 
 std::vector<StiffnessClaim> judge_stiffness_claims(const StiffnessOutcomes& outcomes, Seed seed) {

@@ -50,8 +50,8 @@ struct StiffnessPlane {
 
   /// The values of the other axes, e.g. "reaction on"; "all trials" when there are none.
   [[nodiscard]] std::string name() const;
-  /// The trials of all its cells. `summary` is that of the plane's experiment.
-  [[nodiscard]] Proportion pooled(const ResultSummary& summary) const;
+  /// The rate over all its cells. `summary` is that of the plane's experiment.
+  [[nodiscard]] PooledRate pooled(const ResultSummary& summary) const;
 };
 
 /// With more planes a sweep is shown by the planes' pooled rates, not by a map of each.

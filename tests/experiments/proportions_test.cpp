@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "models/random.h"
 
@@ -55,6 +56,57 @@ TEST(Proportions, WilsonAgreesWithNewcombe) {
     EXPECT_NEAR(interval.low, low, 5e-5);
     EXPECT_NEAR(interval.high, high, 5e-5);
   }
+}
+
+bool covers(const Interval& interval, double rate) {
+  return interval.low <= rate && rate <= interval.high;
+}
+
+TEST(Proportions, ClustersOfOneTrialAreIndependentTrials) {
+  std::vector<Proportion> clusters(40, {1, 1});
+  clusters.resize(60, {0, 1});
+  const Interval clustered = clustered_interval(clusters);
+  const Interval wilson = wilson_interval({40, 60});
+  EXPECT_EQ(clustered.low, wilson.low);
+  EXPECT_EQ(clustered.high, wilson.high);
+}
+
+TEST(Proportions, TrialsThatAllFollowTheirClusterSayNoMoreThanOne) {
+  std::vector<Proportion> clusters(400, {9, 9});
+  clusters.resize(600, {0, 9});
+  const Interval clustered = clustered_interval(clusters);
+  const Interval wilson = wilson_interval({400, 600});
+  EXPECT_NEAR(clustered.low, wilson.low, 1e-3);
+  EXPECT_NEAR(clustered.high, wilson.high, 1e-3);
+  // Without a failure there is no variance to go by.
+  EXPECT_EQ(clustered_interval(std::vector<Proportion>(200, {9, 9})).low,
+            wilson_interval({200, 200}).low);
+}
+
+TEST(Proportions, ClusteredIntervalsHoldWhereIndependentOnesDoNot) {
+  // Nine cells see the same draw, as in Table 1: each succeeds where it lies below the cell's rate.
+  constexpr std::array<double, 9> kRates = {1.0, 0.85, 0.74, 0.73, 0.6, 0.54, 0.54, 0.5, 0.48};
+  double mean = 0.0;
+  for (const double rate : kRates) mean += rate / 9.0;
+  Random random(7);
+  int clustered = 0;
+  int independent = 0;
+  constexpr int kRuns = 1000;
+  for (int run = 0; run < kRuns; ++run) {
+    std::vector<Proportion> clusters;
+    Proportion all;
+    for (int i = 0; i < 60; ++i) {
+      const double draw = random.uniform();
+      Proportion cluster{0, 9};
+      for (const double rate : kRates) cluster.successes += draw < rate ? 1 : 0;
+      clusters.push_back(cluster);
+      all = all + cluster;
+    }
+    clustered += covers(clustered_interval(clusters), mean) ? 1 : 0;
+    independent += covers(wilson_interval(all), mean) ? 1 : 0;
+  }
+  EXPECT_GE(clustered, 0.93 * kRuns);
+  EXPECT_LE(independent, 0.75 * kRuns);
 }
 
 TEST(Proportions, ClopperPearsonAgreesWithNewcombe) {
