@@ -138,6 +138,7 @@ PooledRate ResultSummary::pooled_over(const std::vector<std::size_t>& cell_indic
   }
   PooledRate rate;
   std::vector<Proportion> clusters;
+  clusters.reserve(by_number.size());
   for (const auto& [number, cluster] : by_number) {
     rate.counts = rate.counts + cluster;
     clusters.push_back(cluster);
