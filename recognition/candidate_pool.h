@@ -37,6 +37,7 @@ class CandidatePool {
   /// Adds to the candidates the best of those that nothing selected stands for, moved as
   /// slide_selected() does: a pose that is right but for a shift that its points leave open fails
   /// at the silhouette.
+  /// To be called after a selection among all candidates.
   void slide_runners_up();
 
   /// Moves the selected candidates along directions that their points leave open to where the
