@@ -62,7 +62,8 @@ void explain_failure(const World& world, const Referee& referee, const VisionLoo
   AttemptEnd end = last_end(result, misplaced);
   std::string note = "not in place: " + list_objects(world, misplaced);
   if (result.automaton.reason == HaltReason::kGaveUp) {
-    const bool graspless = result.automaton.events.back().state == AutomatonState::kSelectGrasp;
+    // It gives up after a look: what did that show?
+    const bool graspless = !result.automaton.events.back().conditions.no_object;
     end = {TrialOutcome::kTimeout, graspless ? TrialStage::kSelect : TrialStage::kRecognize};
     note += "; no progress for too long";
   } else if (!in_sight.empty()) {

@@ -187,6 +187,8 @@ TEST_F(ManipulationAutomatonTest, GivesUpAfterThirtyCyclesWithoutProgress) {
   for (int i = 0; i < 100; ++i) skills_.grasps.push_back(SkillResult::kCollision);
   const AutomatonResult result = run();
   EXPECT_EQ(result.reason, HaltReason::kGaveUp);
+  EXPECT_EQ(result.events.back().state, AutomatonState::kRecognizeObjects);
+  EXPECT_FALSE(result.events.back().conditions.no_object) << "it was seen to the end";
   EXPECT_THAT(skills_.log, ::testing::Contains("recognize").Times(31));
 }
 
