@@ -13,12 +13,8 @@ void ArmOffsets::visit(ConfigVisitor& visitor) {
 void ArmOffsets::configure(SimulatedRobotOptions& options, const TrialContext& context) const {
   options.sensor_noise.torque_offset += torque;
   options.sensor_noise.position_offset += joint;
-  options.jaw_offset = jaw_offset(context);
-}
-
-double ArmOffsets::jaw_offset(const TrialContext& context) const {
   Random draw(context.seeds.shared("jaw opening"));
-  return opening * draw.uniform(-1.0, 1.0);
+  options.jaw_offset = opening * draw.uniform(-1.0, 1.0);
 }
 
 }  // namespace binpick

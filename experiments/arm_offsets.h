@@ -16,8 +16,6 @@ struct ArmOffsets {
   void visit(ConfigVisitor& visitor);
   /// Enters the trial's offsets, on top of the torque sensors' own.
   void configure(SimulatedRobotOptions& options, const TrialContext& context) const;
-  /// By how much the jaws of this trial stand further apart than they read, m.
-  [[nodiscard]] double jaw_offset(const TrialContext& context) const;
 };
 
 }  // namespace binpick

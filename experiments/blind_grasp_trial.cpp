@@ -157,10 +157,14 @@ TrialRecord BlindGraspTrial::run(const TrialContext& context) {
 void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) const {
   context.enter(TrialStage::kSetup);
   const ArmPlant plant(parameters_.plant);
+  SimulatedRobotOptions options;
+  plant.configure(options);
+  parameters_.offsets.configure(options, context);
+  options.time_budget = kTimeBudget;
+  options.seed = context.seeds.shared("sensors");
   World world(world_, physics(context), plant.drives());
   const GraspPlan plan = nominal_plan(world);
-  world.set_arm_position(plan.q_pregrasp,
-                         plan.grasp->pre_opening + parameters_.offsets.jaw_offset(context));
+  world.set_arm_position(plan.q_pregrasp, plan.grasp->pre_opening + options.jaw_offset);
 
   Random draw(context.seeds.shared("pose error"));
   const double direction = draw.uniform(0.0, 2.0 * std::numbers::pi);
@@ -170,11 +174,6 @@ void BlindGraspTrial::attempt(const TrialContext& context, TrialRecord& record) 
   record.measures["error_direction_rad"] = direction;
 
   TrialRecorder recorder(context, world);
-  SimulatedRobotOptions options;
-  plant.configure(options);
-  parameters_.offsets.configure(options, context);
-  options.time_budget = kTimeBudget;
-  options.seed = context.seeds.shared("sensors");
   options.on_step = recorder.callback();
   SimulatedRobot robot(world, nullptr, std::move(options));
   SkillOptions skill_settings = skill_options(context);

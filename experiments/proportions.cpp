@@ -120,14 +120,14 @@ Interval clustered_interval(const std::vector<Proportion>& clusters) {
   if (n <= k) return wilson_interval(total);
   const double p = total.rate();
   const double independent = p * (1.0 - p) / n;
-  if (!(independent > 0.0)) return wilson_interval(p, k);
+  if (k < 2.0 || !(independent > 0.0)) return wilson_interval(p, k);
   double squares = 0.0;
   for (const Proportion& cluster : clusters) {
     const double residual =
         static_cast<double>(cluster.successes) - p * static_cast<double>(cluster.trials);
     squares += residual * residual;
   }
-  const double variance = k < 2.0 ? independent * n : k / (k - 1.0) * squares / (n * n);
+  const double variance = k / (k - 1.0) * squares / (n * n);
   return wilson_interval(p, n / std::max(variance / independent, 1.0));
 }
 

@@ -129,23 +129,27 @@ std::vector<std::size_t> CandidatePool::runners_up() const {
   return result;
 }
 
+Candidate CandidatePool::beside_claims(EvidenceGatherer& gatherer, std::size_t index,
+                                       const PixelClaims& claims) const {
+  Candidate candidate = candidates_[index];
+  candidate.evidence = gatherer.gather(model_of(candidate), candidate.T_camera_model, &claims,
+                                       static_cast<std::int32_t>(index));
+  return candidate;
+}
+
 void CandidatePool::slide_runners_up() {
   const std::vector<std::size_t> chosen = runners_up();
   const PixelClaims claims = claims_of_selected();
   std::vector<std::optional<Candidate>> moved(chosen.size());
   parallel_for(static_cast<int>(chosen.size()), jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, sensor_);
-    const auto index = static_cast<std::size_t>(i);
-    const auto claimant = static_cast<std::int32_t>(chosen[index]);
-    const Candidate& from = candidates_[chosen[index]];
-    const RecognitionModel& model = model_of(from);
-    Candidate candidate = from;
-    candidate.evidence = gatherer.gather(model, from.T_camera_model, &claims, claimant);
+    const std::size_t index = chosen[static_cast<std::size_t>(i)];
+    Candidate candidate = beside_claims(gatherer, index, claims);
     if (is_mostly_claimed(candidate.evidence)) return;
-    slide_to_silhouette(gatherer, candidate, &claims, claimant);
-    if (candidate.T_camera_model.isApprox(from.T_camera_model)) return;
-    candidate.evidence = gatherer.gather(model, candidate.T_camera_model);
-    moved[index] = candidate;
+    slide_to_silhouette(gatherer, candidate, &claims, static_cast<std::int32_t>(index));
+    if (candidate.T_camera_model.isApprox(candidates_[index].T_camera_model)) return;
+    candidate.evidence = gatherer.gather(model_of(candidate), candidate.T_camera_model);
+    moved[static_cast<std::size_t>(i)] = candidate;
   });
   for (const std::optional<Candidate>& candidate : moved) {
     if (candidate) candidates_.push_back(*candidate);
@@ -178,11 +182,9 @@ void CandidatePool::slide_selected() {
   parallel_for_longest_first(costs, jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, sensor_);
     const std::size_t index = selected_[static_cast<std::size_t>(i)].candidate;
-    const auto claimant = static_cast<std::int32_t>(index);
-    Candidate& candidate = moved[static_cast<std::size_t>(i)] = candidates_[index];
-    candidate.evidence =
-        gatherer.gather(model_of(candidate), candidate.T_camera_model, &claims, claimant);
-    slide_to_silhouette(gatherer, candidate, &claims, claimant);
+    Candidate& candidate = moved[static_cast<std::size_t>(i)];
+    candidate = beside_claims(gatherer, index, claims);
+    slide_to_silhouette(gatherer, candidate, &claims, static_cast<std::int32_t>(index));
   });
   // One after the other, as two may have moved towards each other.
   EvidenceGatherer gatherer(scene_, sensor_);

@@ -76,6 +76,9 @@ class CandidatePool {
   /// The most credible of the candidates that nothing selected stands for, one of each object.
   [[nodiscard]] std::vector<std::size_t> runners_up() const;
   [[nodiscard]] PixelClaims claims_of_selected() const;
+  /// The candidate with the evidence that others' claims leave it.
+  [[nodiscard]] Candidate beside_claims(EvidenceGatherer& gatherer, std::size_t index,
+                                        const PixelClaims& claims) const;
   [[nodiscard]] const RecognitionModel& model_of(const Candidate& candidate) const;
 
   const ModelLibrary& library_;

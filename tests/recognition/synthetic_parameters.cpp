@@ -185,11 +185,9 @@ SceneParameters draw_parameters(std::string_view variant, Seed seed) {
   } else if (variant == "tof") {
     p.noise = time_of_flight();
     p.camera = camera_of(512, 424, 365.0);
-  } else if (variant == "laser") {
+  } else if (variant == "laser" || variant == "alone") {
     make_laser(p, random);
-  } else if (variant == "alone") {
-    make_laser(p, random);
-    p.surroundings = Surroundings::kTableCutAway;
+    if (variant == "alone") p.surroundings = Surroundings::kTableCutAway;
   } else if (variant == "nothing") {
     p.known = 0;
     p.unknown = 5;
