@@ -24,7 +24,6 @@ CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& s
     : library_(library),
       scene_(scene),
       acceptance_(acceptance),
-      sensor_(estimate_sensor(scene, jobs)),
       facing_visibility_(facing_visibility),
       jobs_(jobs),
       dilation_(estimate_dilation({}, acceptance)) {}
@@ -53,7 +52,7 @@ void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide
   const std::size_t first = candidates_.size();
   candidates_.resize(first + hypotheses.size());
   parallel_chunks(static_cast<int>(hypotheses.size()), 4, jobs_, [&](int, int begin, int end) {
-    EvidenceGatherer gatherer(scene_, sensor_);
+    EvidenceGatherer gatherer(scene_, scene_.sensor());
     for (int i = begin; i < end; ++i) {
       const Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
       const RecognitionModel& model = library_.models()[static_cast<std::size_t>(hypothesis.model)];
@@ -92,7 +91,7 @@ void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& c
 }
 
 const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
-  DetectionSelection selection(library_.models(), scene_, sensor_, acceptance_, candidates_,
+  DetectionSelection selection(library_.models(), scene_, scene_.sensor(), acceptance_, candidates_,
                                std::move(judgements_), jobs_);
   selected_ = is_last ? selection.select_best() : selection.select_clear();
   if (is_last) {
@@ -142,7 +141,7 @@ void CandidatePool::slide_runners_up() {
   const PixelClaims claims = claims_of_selected();
   std::vector<std::optional<Candidate>> moved(chosen.size());
   parallel_for(static_cast<int>(chosen.size()), jobs_, [&](int i) {
-    EvidenceGatherer gatherer(scene_, sensor_);
+    EvidenceGatherer gatherer(scene_, scene_.sensor());
     const std::size_t index = chosen[static_cast<std::size_t>(i)];
     Candidate candidate = beside_claims(gatherer, index, claims);
     if (is_mostly_claimed(candidate.evidence)) return;
@@ -174,20 +173,24 @@ PixelClaims CandidatePool::claims_of_selected() const {
   return claims;
 }
 
+std::vector<int> CandidatePool::costs_of_selected() const {
+  std::vector<int> costs;
+  for (const SelectedCandidate& selected : selected_) costs.push_back(selected.evidence.rendered);
+  return costs;
+}
+
 void CandidatePool::slide_selected() {
   PixelClaims claims = claims_of_selected();
   std::vector<Candidate> moved(selected_.size());
-  std::vector<int> costs;
-  for (const SelectedCandidate& selected : selected_) costs.push_back(selected.evidence.rendered);
-  parallel_for_longest_first(costs, jobs_, [&](int i) {
-    EvidenceGatherer gatherer(scene_, sensor_);
+  parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
+    EvidenceGatherer gatherer(scene_, scene_.sensor());
     const std::size_t index = selected_[static_cast<std::size_t>(i)].candidate;
     Candidate& candidate = moved[static_cast<std::size_t>(i)];
     candidate = beside_claims(gatherer, index, claims);
     slide_to_silhouette(gatherer, candidate, &claims, static_cast<std::int32_t>(index));
   });
   // One after the other, as two may have moved towards each other.
-  EvidenceGatherer gatherer(scene_, sensor_);
+  EvidenceGatherer gatherer(scene_, scene_.sensor());
   std::vector<SelectedCandidate> standing;
   for (std::size_t i = 0; i < selected_.size(); ++i) {
     SelectedCandidate& selected = selected_[i];
@@ -198,13 +201,14 @@ void CandidatePool::slide_selected() {
       selected.log_odds = log_odds(selected.evidence);
       return selected.log_odds;
     };
+    const double before = judge(candidate.T_camera_model);
     if (!moved[i].T_camera_model.isApprox(candidate.T_camera_model)) {
-      const double before = judge(candidate.T_camera_model);
       if (judge(moved[i].T_camera_model) > before) {
         candidate.T_camera_model = moved[i].T_camera_model;
+      } else {
+        judge(candidate.T_camera_model);
       }
     }
-    judge(candidate.T_camera_model);
     for (const int pixel : selected.pixels) {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
@@ -221,16 +225,18 @@ void CandidatePool::slide_selected() {
 
 void CandidatePool::undo_worse(std::vector<RefinedPose>& refined) const {
   const PixelClaims claims = claims_of_selected();
-  EvidenceGatherer gatherer(scene_, sensor_);
-  for (std::size_t i = 0; i < selected_.size(); ++i) {
-    const Candidate& candidate = candidates_[selected_[i].candidate];
+  parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
+    EvidenceGatherer gatherer(scene_, scene_.sensor());
+    const SelectedCandidate& selected = selected_[static_cast<std::size_t>(i)];
+    const Candidate& candidate = candidates_[selected.candidate];
+    Eigen::Isometry3d& T_camera_model = refined[static_cast<std::size_t>(i)].T_camera_model;
     const HypothesisEvidence evidence =
-        gatherer.gather(model_of(candidate), refined[i].T_camera_model.cast<float>(), &claims,
-                        static_cast<std::int32_t>(selected_[i].candidate));
-    if (log_odds(evidence) < selected_[i].log_odds - kClearlyLess) {
-      refined[i].T_camera_model = candidate.T_camera_model.cast<double>();
+        gatherer.gather(model_of(candidate), T_camera_model.cast<float>(), &claims,
+                        static_cast<std::int32_t>(selected.candidate));
+    if (log_odds(evidence) < selected.log_odds - kClearlyLess) {
+      T_camera_model = candidate.T_camera_model.cast<double>();
     }
-  }
+  });
 }
 
 std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& pixels) {

@@ -63,7 +63,6 @@ class CandidatePool {
   }
   /// How many candidates would stand alone.
   [[nodiscard]] int accepted() const;
-  [[nodiscard]] const SensorEstimate& sensor() const noexcept { return sensor_; }
   /// Of silhouettes, pixels of the working resolution, as the last selection estimated it.
   [[nodiscard]] double dilation() const noexcept { return dilation_; }
 
@@ -76,6 +75,8 @@ class CandidatePool {
   /// The most credible of the candidates that nothing selected stands for, one of each object.
   [[nodiscard]] std::vector<std::size_t> runners_up() const;
   [[nodiscard]] PixelClaims claims_of_selected() const;
+  /// How much work it is to gather evidence for each: its pixels.
+  [[nodiscard]] std::vector<int> costs_of_selected() const;
   /// The candidate with the evidence that others' claims leave it.
   [[nodiscard]] Candidate beside_claims(EvidenceGatherer& gatherer, std::size_t index,
                                         const PixelClaims& claims) const;
@@ -84,7 +85,6 @@ class CandidatePool {
   const ModelLibrary& library_;
   const ObservedScene& scene_;
   const AcceptanceModel& acceptance_;
-  SensorEstimate sensor_;
   double facing_visibility_;
   int jobs_;
   double dilation_ = 0.0;

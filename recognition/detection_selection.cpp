@@ -111,7 +111,7 @@ std::vector<std::size_t> DetectionSelection::within(
     const PixelBox& box, const std::vector<SelectedCandidate>& chosen) const {
   std::vector<std::size_t> near;
   for (const SelectedCandidate& other : chosen) {
-    if (memory_[other.candidate].reached->overlaps(box)) near.push_back(other.candidate);
+    if (memory_[other.candidate].reached.overlaps(box)) near.push_back(other.candidate);
   }
   std::sort(near.begin(), near.end());
   return near;
@@ -135,36 +135,50 @@ void DetectionSelection::leave(std::unique_ptr<Desk> desk) {
   free_desks_.push_back(std::move(desk));
 }
 
+/// What is hopeless alone stays so; what is nearly good enough may gain.
+bool DetectionSelection::is_eligible(std::size_t candidate) const {
+  return alone_[candidate] > least_log_odds_ - kWithinReach;
+}
+
+/// Ahead of a choice, which judges one after the other.
+void DetectionSelection::render_eligible() {
+  std::vector<std::size_t> fresh;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    if (is_eligible(i) && !memory_[i].rendered) fresh.push_back(i);
+  }
+  parallel_chunks(static_cast<int>(fresh.size()), 2, jobs_, [&](int, int begin, int end) {
+    EvidenceGatherer gatherer(scene_, sensor_);
+    for (int i = begin; i < end; ++i) {
+      const std::size_t index = fresh[static_cast<std::size_t>(i)];
+      const Candidate& pose = candidates_[index];
+      JudgedCandidate& known = memory_[index];
+      known.rendered = std::make_unique<RenderedModel>(
+          gatherer.render(models_[static_cast<std::size_t>(pose.model)], pose.T_camera_model));
+      known.reached = gatherer.reached();
+    }
+  });
+}
+
 /// What the candidate explains beside the chosen ones. In whatever order they were chosen, together
 /// they claim the same pixels.
 const JudgedCandidate::Judgement& DetectionSelection::look_at(
     std::size_t candidate, Desk& desk, const std::vector<SelectedCandidate>& chosen) {
   JudgedCandidate& known = memory_[candidate];
-  const RenderedModel* rendered = nullptr;
+  JudgedCandidate::Judgement judgement;
+  judgement.beside = within(known.reached, chosen);
   {
     const std::lock_guard lock(mutex_);
-    rendered = known.rendered.get();
-    if (known.reached) {
-      const std::vector<std::size_t> beside = within(*known.reached, chosen);
-      for (const JudgedCandidate::Judgement& judgement : known.judgements) {
-        if (judgement.beside == beside) return judgement;
-      }
+    for (const JudgedCandidate::Judgement& before : known.judgements) {
+      if (before.beside == judgement.beside) return before;
     }
   }
   const Candidate& pose = candidates_[candidate];
   const RecognitionModel& model = models_[static_cast<std::size_t>(pose.model)];
   const auto claimant = static_cast<std::int32_t>(candidate);
-  EvidenceGatherer& gatherer = desk.gatherer;
-  JudgedCandidate::Judgement judgement;
-  judgement.evidence =
-      rendered == nullptr
-          ? gatherer.gather(model, pose.T_camera_model, &desk.claims, claimant)
-          : gatherer.gather_again(model, pose.T_camera_model, *rendered, &desk.claims, claimant);
-  gatherer.explained_pixels(judgement.pixels);
+  judgement.evidence = desk.gatherer.gather_again(model, pose.T_camera_model, *known.rendered,
+                                                  &desk.claims, claimant);
+  desk.gatherer.explained_pixels(judgement.pixels);
   const std::lock_guard lock(mutex_);
-  known.reached = gatherer.reached();
-  if (!known.rendered) known.rendered = std::make_unique<RenderedModel>(gatherer.rendered());
-  judgement.beside = within(*known.reached, chosen);
   return known.judgements.emplace_back(std::move(judgement));
 }
 
@@ -201,9 +215,7 @@ DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::siz
     }
     is_open[i] = 0;
     for (std::size_t other = 0; other < candidates_.size(); ++other) {
-      // What is hopeless alone stays so; what is nearly good enough may gain.
-      if (is_open[other] != 0 && alone_[other] > least_log_odds_ - kWithinReach &&
-          overlap(i, other)) {
+      if (is_open[other] != 0 && is_eligible(other) && overlap(i, other)) {
         is_stale[other] = 1;
         log_odds[other] = std::max(log_odds[other], alone_[other]);
       }
@@ -302,12 +314,14 @@ void DetectionSelection::find_margins(std::vector<SelectedCandidate>& selected) 
 }
 
 std::vector<SelectedCandidate> DetectionSelection::select_clear() {
+  render_eligible();
   choice_ = choose({});
   return best_first(std::move(choice_.selected));
 }
 
 std::vector<SelectedCandidate> DetectionSelection::select_best() {
   least_log_odds_ = std::min(least_log_odds_, kEvenOdds);
+  render_eligible();
   choice_ = choose({});
   exchange(choice_);
   find_margins(choice_.selected);

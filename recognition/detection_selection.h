@@ -35,16 +35,16 @@ struct SelectedCandidate {
   std::vector<int> pixels;  ///< which it explains, working resolution, ascending
 };
 
-/// What judging a candidate has shown, to be looked up when it is judged again beside the same
-/// others.
+/// A candidate that may come to be chosen: rendered once, and what judging it has shown, to be
+/// looked up when it is judged again beside the same others.
 struct JudgedCandidate {
   struct Judgement {
     std::vector<std::size_t> beside;  ///< chosen candidates within reach, ascending
     HypothesisEvidence evidence;
     std::vector<int> pixels;  ///< which it explains
   };
-  std::optional<PixelBox> reached;                ///< once it has been judged
-  std::unique_ptr<const RenderedModel> rendered;  ///< likewise
+  std::unique_ptr<const RenderedModel> rendered;
+  PixelBox reached;                 // once it is rendered
   std::list<Judgement> judgements;  // a list, as others look at them while more are added
 };
 /// By candidate. It holds as long as they stay where they are; new ones may follow.
@@ -106,6 +106,9 @@ class DetectionSelection {
     EvidenceGatherer gatherer;
     PixelClaims claims;  // none but while a set is chosen
   };
+  /// Whether the candidate may come to be chosen, beside whatever others.
+  [[nodiscard]] bool is_eligible(std::size_t candidate) const;
+  void render_eligible();
   [[nodiscard]] std::unique_ptr<Desk> free_desk();
   void leave(std::unique_ptr<Desk> desk);
 

@@ -354,9 +354,13 @@ class EvidencePass {
 HypothesisEvidence EvidenceGatherer::gather(const RecognitionModel& model,
                                             const Eigen::Isometry3f& T_camera_model,
                                             const PixelClaims* claims, std::int32_t claimant) {
-  const RenderedModel& rendered =
-      rasterizer_.render(model.render_mesh, T_camera_model, scene_.projection());
-  return gather_again(model, T_camera_model, rendered, claims, claimant);
+  return gather_again(model, T_camera_model, render(model, T_camera_model), claims, claimant);
+}
+
+const RenderedModel& EvidenceGatherer::render(const RecognitionModel& model,
+                                              const Eigen::Isometry3f& T_camera_model) {
+  rendered_ = &rasterizer_.render(model.render_mesh, T_camera_model, scene_.projection());
+  return *rendered_;
 }
 
 HypothesisEvidence EvidenceGatherer::gather_again(const RecognitionModel& model,

@@ -98,6 +98,9 @@ class EvidenceGatherer {
                                           const PixelClaims* claims = nullptr,
                                           std::int32_t claimant = -1);
 
+  /// The model at a pose as gather renders it; valid until the next call.
+  const RenderedModel& render(const RecognitionModel& model,
+                              const Eigen::Isometry3f& T_camera_model);
   /// As gather, of a pose as it was rendered before: about half the work. `rendered` must live
   /// until the next call.
   [[nodiscard]] HypothesisEvidence gather_again(const RecognitionModel& model,
@@ -105,10 +108,8 @@ class EvidenceGatherer {
                                                 const RenderedModel& rendered,
                                                 const PixelClaims* claims = nullptr,
                                                 std::int32_t claimant = -1);
-  /// The model as the last call of gather rendered it.
-  [[nodiscard]] const RenderedModel& rendered() const { return *rendered_; }
 
-  /// The pixels that the last call of gather may have looked at.
+  /// The pixels that the last call of gather may have looked at, or that of render leads it to.
   [[nodiscard]] PixelBox reached() const;
 
   /// Replaces `pixels` by those whose depth the model explained in the last call of gather,

@@ -186,31 +186,37 @@ std::vector<RefinedPose> refine_jointly(std::span<const RecognitionModel> models
                                         int jobs, const RefinementOptions& options) {
   std::vector<RefinedPose> poses;
   std::vector<ObjectEquations> objects;
+  std::vector<int> costs;
   objects.reserve(selected.size());
   for (const Candidate& candidate : selected) {
     poses.push_back({candidate.T_camera_model.cast<double>(), Matrix6d::Zero()});
     objects.emplace_back(scene, sensor, dilation, models[static_cast<std::size_t>(candidate.model)],
                          options);
+    costs.push_back(candidate.evidence.rendered);
   }
-  const int count = static_cast<int>(poses.size());
+  const auto for_each_object = [&](const auto& work) {
+    parallel_for_longest_first(costs, jobs, [&](int i) {
+      const auto index = static_cast<std::size_t>(i);
+      work(i, objects[index], poses[index]);
+    });
+  };
+  for_each_object([](int, ObjectEquations& object, const RefinedPose& pose) {
+    object.render(pose.T_camera_model);
+  });
   PixelClaims claims(scene.pixels().size());
-  for (int pairing = 0; pairing <= kPairings; ++pairing) {
-    parallel_for(count, jobs, [&](int i) {
-      const auto index = static_cast<std::size_t>(i);
-      objects[index].render(poses[index].T_camera_model);
-    });
+  for (int pairing = 0; pairing < kPairings; ++pairing) {
     assign_pixels(objects, claims);
-    parallel_for(count, jobs, [&](int i) {
-      const auto index = static_cast<std::size_t>(i);
-      RefinedPose& pose = poses[index];
-      objects[index].observe(pose.T_camera_model, claims, i);
-      if (pairing == kPairings) {
-        pose.covariance = objects[index].covariance(pose.T_camera_model);
-      } else {
-        objects[index].move(pose.T_camera_model);
-      }
+    for_each_object([&](int i, ObjectEquations& object, RefinedPose& pose) {
+      object.observe(pose.T_camera_model, claims, i);
+      object.move(pose.T_camera_model);
+      object.render(pose.T_camera_model);
     });
   }
+  assign_pixels(objects, claims);
+  for_each_object([&](int i, ObjectEquations& object, RefinedPose& pose) {
+    object.observe(pose.T_camera_model, claims, i);
+    pose.covariance = object.covariance(pose.T_camera_model);
+  });
   return poses;
 }
 

@@ -128,11 +128,17 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
 
   SupportPlaneOptions options;
   options.least_area = scale.least_plane_area;
-  planes_ = find_support_planes(octree_, options, seed, jobs);
+  // Much of either runs on one thread, and they have nothing to do with each other.
+  parallel_for(2, jobs, [&](int task) {
+    if (task == 0) planes_ = find_support_planes(octree_, options, seed, jobs);
+    if (task == 1) sensor_ = estimate_sensor(projection_, pixels_, jobs);
+  });
   mark_support(jobs);
   timings_.planes = watch.lap();
 
   estimate_normals(jobs);
+  // Too few usable pixels: the patches' noise is the best that is known.
+  if (sensor_.axial_variance(1.0f) == 0.0f) sensor_.constant = noise_;
   fill_pixels(jobs);
   searched_pixels_ = pixels_;
   is_open_.assign(on_support_.size(), 0);

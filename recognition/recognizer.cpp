@@ -29,6 +29,7 @@ namespace {
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
 constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
 constexpr int kMostRounds = 8;             // of sampling, default setting
+constexpr int kIterationsPerChunk = 8;     // that a thread takes on at a time
 constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
 constexpr int kMostFlatRounds = 4;
 /// V of the points that face the sensor; less than 1, for of those some miss a normal or a pixel.
@@ -173,24 +174,22 @@ std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
 
 std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
                                                Seed seed, const Mu& mu, PairKind kind) {
-  struct Iteration {
+  struct Found {
     std::vector<Hypothesis> solutions;
-    bool has_pair = false;
+    int pairs = 0;
     int hypotheses = 0;
   };
   // Of width d and tolerance delta_d.
   const ShellSampler shell(
       scene_.octree(), sampled, static_cast<float>(library_.pair_width()),
       std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size()));
-  std::vector<Iteration> done(static_cast<std::size_t>(iterations));
-  parallel_for(iterations, options_.jobs, [&](int i) {  // line 4
-    Iteration& iteration = done[static_cast<std::size_t>(i)];
+  const auto iterate = [&](int i, Found& found) {
     Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
     const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
     if (!pair) return;
     const auto F_wx = pair_frame(pair->first, pair->second);
     if (!F_wx) return;
-    iteration.has_pair = true;
+    ++found.pairs;
     // 5) hash table access
     const PairDescriptor f_uv = pair_descriptor(pair->first, pair->second);  // line 10
     const std::uint32_t cell = PairTable::cell(f_uv);                        // line 11
@@ -200,18 +199,26 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
           kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
       for (const PairFrame& F_uv_inverse : model_pairs) {                  // lines 12-13
         const Eigen::Isometry3f T = hypothesis_pose(*F_wx, F_uv_inverse);  // line 15
-        ++iteration.hypotheses;
+        ++found.hypotheses;
         if (auto accepted = mu(static_cast<int>(M), T)) {  // line 16
-          iteration.solutions.push_back(*accepted);        // line 17
+          found.solutions.push_back(*accepted);            // line 17
         }
       }
     }
+  };
+  // A chunk's findings are its own until it is done: threads do not share cache lines.
+  const int chunk_size = kind == PairKind::kFlat ? 1 : kIterationsPerChunk;
+  std::vector<Found> all(static_cast<std::size_t>((iterations + chunk_size - 1) / chunk_size));
+  parallel_chunks(iterations, chunk_size, options_.jobs, [&](int chunk, int begin, int end) {
+    Found found;
+    for (int i = begin; i < end; ++i) iterate(i, found);  // line 4
+    all[static_cast<std::size_t>(chunk)] = std::move(found);
   });
   std::vector<Hypothesis> solutions;
-  for (const Iteration& iteration : done) {
-    solutions.insert(solutions.end(), iteration.solutions.begin(), iteration.solutions.end());
-    result_.counters.pairs += iteration.has_pair ? 1 : 0;
-    result_.counters.hypotheses += iteration.hypotheses;
+  for (const Found& found : all) {
+    solutions.insert(solutions.end(), found.solutions.begin(), found.solutions.end());
+    result_.counters.pairs += found.pairs;
+    result_.counters.hypotheses += found.hypotheses;
   }
   result_.counters.iterations += iterations;
   return solutions;
@@ -333,7 +340,7 @@ void Run::recognize_in_rounds() {
   std::vector<RefinedPose> refined(objects.size());
   if (options_.refine) {
     refined =
-        refine_jointly(models, scene_, pool.sensor(), pool.dilation(), objects, options_.jobs);
+        refine_jointly(models, scene_, scene_.sensor(), pool.dilation(), objects, options_.jobs);
     pool.undo_worse(refined);
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {

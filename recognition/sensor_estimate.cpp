@@ -1,5 +1,6 @@
 #include "recognition/sensor_estimate.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,8 +23,9 @@ constexpr float kSteep = 1.5f;  // tangent of the slant from which lateral noise
 /// off.
 class Differences {
  public:
-  Differences(const ObservedScene& scene, int jobs) : scene_(scene) {
-    for (const ScenePixel& pixel : scene.pixels()) {
+  Differences(const Projection& projection, const std::vector<ScenePixel>& pixels, int jobs)
+      : projection_(projection), pixels_(pixels) {
+    for (const ScenePixel& pixel : pixels) {
       if (!(pixel.depth > 0.0f)) continue;
       nearest_ = nearest_ > 0.0f ? std::min(nearest_, pixel.depth) : pixel.depth;
       farthest_ = std::max(farthest_, pixel.depth);
@@ -45,14 +47,13 @@ class Differences {
 
  private:
   void collect(std::size_t step) {
-    const Projection& projection = scene_.projection();
     const int s = kSteps[step];
-    for (int v = 1; v < projection.height; v += 2) {
-      for (int u = s; u + s < projection.width; u += 2) {
-        const int index = v * projection.width + u;
-        const float z = scene_.pixel(index).depth;
-        const float left = scene_.pixel(index - s).depth;
-        const float right = scene_.pixel(index + s).depth;
+    for (int v = 1; v < projection_.height; v += 2) {
+      for (int u = s; u + s < projection_.width; u += 2) {
+        const int index = v * projection_.width + u;
+        const float z = depth(index);
+        const float left = depth(index - s);
+        const float right = depth(index + s);
         if (!(z > 0.0f && left > 0.0f && right > 0.0f)) continue;
         // On a plane 1 / z is linear in the image.
         const float difference = z * z * (1.0f / left + 1.0f / right - 2.0f / z);
@@ -63,7 +64,7 @@ class Differences {
     }
   }
   void add(std::size_t step, float z, float square, float slope) {
-    const float tangent = std::abs(slope) * scene_.projection().fx / z;
+    const float tangent = std::abs(slope) * projection_.fx / z;
     if (tangent < 0.5f * kSteep) of_step_[step].push_back(square);
     if (step != kWidest && tangent < kSteep) return;
     Bin* bin = &steep_;
@@ -79,7 +80,12 @@ class Differences {
     bin->slant += static_cast<double>(slope * slope);
   }
 
-  const ObservedScene& scene_;
+  [[nodiscard]] float depth(int index) const {
+    return pixels_[static_cast<std::size_t>(index)].depth;
+  }
+
+  const Projection& projection_;
+  const std::vector<ScenePixel>& pixels_;
   float nearest_ = 0.0f;
   float farthest_ = 0.0f;
   std::vector<Bin> by_depth_{kDepthBins};
@@ -150,13 +156,13 @@ float correlated_pixels(Differences& differences) {
 
 }  // namespace
 
-SensorEstimate estimate_sensor(const ObservedScene& scene, int jobs) {
+SensorEstimate estimate_sensor(const Projection& projection, const std::vector<ScenePixel>& pixels,
+                               int jobs) {
   constexpr float kLeastLateral = 0.1f;
   constexpr float kMostLateral = 0.5f;
   SensorEstimate sensor;
-  Differences differences(scene, jobs);
+  Differences differences(projection, pixels, jobs);
   fit_axial(differences.by_depth(), sensor);
-  if (sensor.constant == 0.0f && sensor.quadratic == 0.0f) sensor.constant = scene.noise();
   sensor.correlated_pixels = correlated_pixels(differences);
   sensor.lateral = kLeastLateral;
   Differences::Bin& steep = differences.steep();

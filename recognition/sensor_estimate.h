@@ -1,6 +1,8 @@
 #pragma once
 
-#include "recognition/observed_scene.h"
+#include <vector>
+
+#include "recognition/scene_pixel.h"
 
 namespace binpick {
 
@@ -31,8 +33,9 @@ struct SensorEstimate {
 };
 
 /// Estimates the sensor's noise from second differences of the inverse depth, which vanish on
-/// planes: robustly, over the whole image, by depth and by slant. A scene without usable pixels
-/// gets the noise that ObservedScene measured. O(pixels).
-[[nodiscard]] SensorEstimate estimate_sensor(const ObservedScene& scene, int jobs = 1);
+/// planes: robustly, over the whole image of `projection`, by depth and by slant. Of an image
+/// without usable pixels axial noise remains 0. O(pixels).
+[[nodiscard]] SensorEstimate estimate_sensor(const Projection& projection,
+                                             const std::vector<ScenePixel>& pixels, int jobs = 1);
 
 }  // namespace binpick

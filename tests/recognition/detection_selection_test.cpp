@@ -24,7 +24,7 @@ Eigen::Isometry3f at(float x, float y) {
 /// Two boxes side by side in front of a far wall.
 class Selection : public ::testing::Test {
  protected:
-  Selection() : scene_(observe(1.5f)), sensor_(estimate_sensor(*scene_)) {}
+  Selection() : scene_(observe(1.5f)), sensor_(scene_->sensor()) {}
 
   /// The boxes in front of a wall at `background`; 0 for none.
   [[nodiscard]] std::unique_ptr<ObservedScene> observe(float background) const {

@@ -50,7 +50,7 @@ class Evidence : public ::testing::Test {
 
   RecognitionModel model_ = box(0.15);
   ObservedScene scene_ = observe(picture_of(model_, tilted()));
-  SensorEstimate sensor_ = estimate_sensor(scene_);
+  SensorEstimate sensor_ = scene_.sensor();
   EvidenceGatherer gatherer_{scene_, sensor_};
 };
 
@@ -129,7 +129,7 @@ TEST_F(Evidence, NoiseHidesLittleOfASurfaceThatGoesOn) {
   Random random(5);
   for (float& depth : image.depth) depth += static_cast<float>(0.006 * random.normal());
   const ObservedScene thick = observe(image);
-  const SensorEstimate noisy = estimate_sensor(thick);
+  const SensorEstimate noisy = thick.sensor();
   EvidenceGatherer gatherer(thick, noisy);
   const HypothesisEvidence e = gatherer.gather(cylinder(0.044), standing(0.044f));
   EXPECT_GT(e.edges_continued, 0.5 * e.edges);

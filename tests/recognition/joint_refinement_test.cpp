@@ -62,7 +62,7 @@ const std::vector<RecognitionModel>& boxes() {
 std::vector<RefinedPose> refine(const RangeImage& image, const std::vector<Candidate>& objects,
                                 int jobs = 1) {
   const ObservedScene scene(image, {0.004, 1e9}, 1, 1);
-  const SensorEstimate sensor = estimate_sensor(scene);
+  const SensorEstimate sensor = scene.sensor();
   return refine_jointly(boxes(), scene, sensor, 0.0, objects, jobs);
 }
 

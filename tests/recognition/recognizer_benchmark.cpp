@@ -197,7 +197,7 @@ void verify_hypothesis(benchmark::State& state) {
       pile().instances[static_cast<std::size_t>(state.range(0))];
   const RecognitionModel& model = library()->models()[instance.model];
   const Eigen::Isometry3f truth = instance.T_camera_model.cast<float>();
-  const SensorEstimate sensor = estimate_sensor(observed);
+  const SensorEstimate sensor = observed.sensor();
   EvidenceGatherer gatherer(observed, sensor);
   for (auto _ : state) benchmark::DoNotOptimize(gatherer.gather(model, truth).matched);
 }

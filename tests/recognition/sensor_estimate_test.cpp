@@ -1,4 +1,4 @@
-#include "recognition/sensor_estimate.h"
+#include "recognition/observed_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ SensorEstimate estimate(const Sigma& sigma) {
       image.depth.push_back(static_cast<float>(z + sigma(z) * random.normal()));
     }
   }
-  return estimate_sensor(ObservedScene(image, {1e-6, 1e9}, 1, 1));
+  return ObservedScene(image, {1e-6, 1e9}, 1, 1).sensor();
 }
 
 TEST(SensorEstimate, RecoversATriangulatingSensor) {
