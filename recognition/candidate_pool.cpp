@@ -28,12 +28,13 @@ CandidatePool::CandidatePool(const ModelLibrary& library, const ObservedScene& s
       jobs_(jobs),
       dilation_(estimate_dilation({}, acceptance)) {}
 
-void CandidatePool::add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide) {
+bool CandidatePool::add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide) {
   const std::vector<Hypothesis> fresh =
       cluster_and_align(std::move(hypotheses), library_.models(), scene_,
                         {most_per_model, facing_visibility_, jobs_}, tried_);
   tried_.insert(tried_.end(), fresh.begin(), fresh.end());
   verify(fresh, slide);
+  return !fresh.empty();
 }
 
 const RecognitionModel& CandidatePool::model_of(const Candidate& candidate) const {
@@ -175,12 +176,26 @@ PixelClaims CandidatePool::claims_of_selected() const {
 
 std::vector<int> CandidatePool::costs_of_selected() const {
   std::vector<int> costs;
-  for (const SelectedCandidate& selected : selected_) costs.push_back(selected.evidence.rendered);
+  for (const SelectedCandidate& selected : selected_) {
+    costs.push_back(evidence_cost(model_of(candidates_[selected.candidate]), selected.evidence));
+  }
   return costs;
 }
 
 void CandidatePool::slide_selected() {
+  struct Stand {
+    HypothesisEvidence evidence;
+    std::vector<int> pixels;
+  };
   PixelClaims claims = claims_of_selected();
+  const auto stand_at = [&](const SelectedCandidate& selected, const Eigen::Isometry3f& T) {
+    EvidenceGatherer gatherer(scene_, scene_.sensor());
+    Stand stand;
+    stand.evidence = gatherer.gather(model_of(candidates_[selected.candidate]), T, &claims,
+                                     static_cast<std::int32_t>(selected.candidate));
+    gatherer.explained_pixels(stand.pixels);
+    return stand;
+  };
   std::vector<Candidate> moved(selected_.size());
   parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, scene_.sensor());
@@ -190,31 +205,30 @@ void CandidatePool::slide_selected() {
     slide_to_silhouette(gatherer, candidate, &claims, static_cast<std::int32_t>(index));
   });
   // One after the other, as two may have moved towards each other.
-  EvidenceGatherer gatherer(scene_, scene_.sensor());
   std::vector<SelectedCandidate> standing;
   for (std::size_t i = 0; i < selected_.size(); ++i) {
     SelectedCandidate& selected = selected_[i];
     Candidate& candidate = candidates_[selected.candidate];
+    const std::array<Eigen::Isometry3f, 2> poses = {candidate.T_camera_model,
+                                                    moved[i].T_camera_model};
+    std::array<Stand, 2> stands;
+    const int count = poses[1].isApprox(poses[0]) ? 1 : 2;
+    parallel_for(count, jobs_, [&](int pose) {
+      const auto index = static_cast<std::size_t>(pose);
+      stands[index] = stand_at(selected, poses[index]);
+    });
+    const bool moves = count == 2 && log_odds(stands[1].evidence) > log_odds(stands[0].evidence);
+    Stand& stand = stands[moves ? 1 : 0];
+    candidate.T_camera_model = poses[moves ? 1 : 0];
+    selected.evidence = stand.evidence;
+    selected.log_odds = log_odds(stand.evidence);
     const auto claimant = static_cast<std::int32_t>(selected.candidate);
-    const auto judge = [&](const Eigen::Isometry3f& T) {
-      selected.evidence = gatherer.gather(model_of(candidate), T, &claims, claimant);
-      selected.log_odds = log_odds(selected.evidence);
-      return selected.log_odds;
-    };
-    const double before = judge(candidate.T_camera_model);
-    if (!moved[i].T_camera_model.isApprox(candidate.T_camera_model)) {
-      if (judge(moved[i].T_camera_model) > before) {
-        candidate.T_camera_model = moved[i].T_camera_model;
-      } else {
-        judge(candidate.T_camera_model);
-      }
-    }
     for (const int pixel : selected.pixels) {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
     }
     if (is_doubtful(selected) || is_mostly_claimed(selected.evidence)) continue;
-    gatherer.explained_pixels(selected.pixels);
+    selected.pixels = std::move(stand.pixels);
     for (const int pixel : selected.pixels) claims[static_cast<std::size_t>(pixel)] = claimant;
     standing.push_back(std::move(selected));
   }

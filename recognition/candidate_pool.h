@@ -27,8 +27,8 @@ class CandidatePool {
 
   /// Takes the hypotheses of one sampling round; at most `most_per_model` clusters are looked at.
   /// `slide` also searches along the directions that a flat face leaves open: for hypotheses from
-  /// coplanar pairs.
-  void add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide);
+  /// coplanar pairs. Says whether there are new candidates.
+  bool add(std::vector<Hypothesis> hypotheses, int most_per_model, bool slide);
 
   /// Picks the consistent set among all candidates so far, best first: what is clearly right
   /// between rounds, in the end what is right for all that can be said about it.
@@ -75,7 +75,7 @@ class CandidatePool {
   /// The most credible of the candidates that nothing selected stands for, one of each object.
   [[nodiscard]] std::vector<std::size_t> runners_up() const;
   [[nodiscard]] PixelClaims claims_of_selected() const;
-  /// How much work it is to gather evidence for each: its pixels.
+  /// How much work it is to gather evidence for each.
   [[nodiscard]] std::vector<int> costs_of_selected() const;
   /// The candidate with the evidence that others' claims leave it.
   [[nodiscard]] Candidate beside_claims(EvidenceGatherer& gatherer, std::size_t index,

@@ -139,7 +139,9 @@ std::vector<Hypothesis> keep_cluster_heads(std::vector<Hypothesis> hypotheses,
                                            const std::vector<Hypothesis>& known) {
   std::vector<std::vector<Hypothesis>> of_model(models.size());
   for (const Hypothesis& h : hypotheses) of_model[static_cast<std::size_t>(h.model)].push_back(h);
-  parallel_for(static_cast<int>(models.size()), jobs, [&](int model) {
+  std::vector<std::size_t> costs;
+  for (const auto& candidates : of_model) costs.push_back(candidates.size());
+  parallel_for_longest_first(costs, jobs, [&](int model) {
     std::vector<Hypothesis>& candidates = of_model[static_cast<std::size_t>(model)];
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const auto& a, const auto& b) { return a.score > b.score; });

@@ -83,6 +83,13 @@ struct PixelBox {
   }
 };
 
+/// How much work it is to gather evidence for a pose that left `evidence`, in pixels and triangles:
+/// for parallel_for_longest_first.
+[[nodiscard]] inline int evidence_cost(const RecognitionModel& model,
+                                       const HypothesisEvidence& evidence) {
+  return evidence.rendered + static_cast<int>(model.render_mesh.triangles.size());
+}
+
 /// Renders hypotheses and compares them with one scene. Keeps its buffers between calls: one object
 /// per thread.
 class EvidenceGatherer {

@@ -192,7 +192,8 @@ std::vector<RefinedPose> refine_jointly(std::span<const RecognitionModel> models
     poses.push_back({candidate.T_camera_model.cast<double>(), Matrix6d::Zero()});
     objects.emplace_back(scene, sensor, dilation, models[static_cast<std::size_t>(candidate.model)],
                          options);
-    costs.push_back(candidate.evidence.rendered);
+    costs.push_back(
+        evidence_cost(models[static_cast<std::size_t>(candidate.model)], candidate.evidence));
   }
   const auto for_each_object = [&](const auto& work) {
     parallel_for_longest_first(costs, jobs, [&](int i) {

@@ -304,8 +304,9 @@ void Run::recognize_in_rounds() {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
     std::vector<Hypothesis> solutions = generate_and_test(sampled, count, seed, mu, kind);
     add_time("generate_and_test", watch.lap());
-    pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
+    const bool has_grown = pool.add(std::move(solutions), most_clusters, kind == PairKind::kFlat);
     add_time("verify", watch.lap());
+    if (!has_grown) return;
     std::vector<int> explained;
     for (const SelectedCandidate& candidate : pool.select()) {
       explained.insert(explained.end(), candidate.pixels.begin(), candidate.pixels.end());
@@ -343,11 +344,17 @@ void Run::recognize_in_rounds() {
         refine_jointly(models, scene_, scene_.sensor(), pool.dilation(), objects, options_.jobs);
     pool.undo_worse(refined);
   }
+  std::vector<int> explained_points(objects.size());
+  parallel_for(static_cast<int>(objects.size()), options_.jobs, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    explained_points[index] =
+        static_cast<int>(leaves_of(scene_, pool.selected()[index].pixels).size());
+  });
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const SelectedCandidate& selected = pool.selected()[i];
     report(objects[i].model,
            options_.refine ? refined[i].T_camera_model : objects[i].T_camera_model.cast<double>(),
-           static_cast<int>(leaves_of(scene_, selected.pixels).size()));
+           explained_points[i]);
     result_.detections.back().covariance = refined[i].covariance;
     result_.detections.back().confidence = probability(pool.detection_log_odds(selected));
   }
