@@ -8,16 +8,26 @@ namespace binpick {
 namespace {
 
 constexpr float kMostCells = 64.0f;  // per axis: bounds the memory of wide scenes
+constexpr std::size_t kMostPoints = 50'000;
+
+/// As many of `leaves` as a query may look through, spread evenly.
+std::vector<int> thin_out(const std::vector<int>& leaves) {
+  const std::size_t stride = leaves.size() / kMostPoints + 1;
+  std::vector<int> thinned;
+  for (std::size_t i = 0; i < leaves.size(); i += stride) thinned.push_back(leaves[i]);
+  return thinned;
+}
 
 }  // namespace
 
-ShellSampler::ShellSampler(const SceneOctree& octree, const std::vector<int>& leaves, float radius,
-                           float tolerance) {
+ShellSampler::ShellSampler(const SceneOctree& octree, const std::vector<int>& all_leaves,
+                           float radius, float tolerance) {
   const float inner = std::max(radius - tolerance, 0.0f);
   const float outer = radius + tolerance;
   squared_inner_ = inner * inner;
   squared_outer_ = outer * outer;
-  if (leaves.empty()) return;
+  if (all_leaves.empty()) return;
+  const std::vector<int> leaves = thin_out(all_leaves);
   Eigen::AlignedBox3f box;
   for (const int leaf : leaves) box.extend(octree.point(leaf));
   low_ = box.min();

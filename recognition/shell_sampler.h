@@ -14,7 +14,8 @@ namespace binpick {
 class ShellSampler {
  public:
   /// The shell of all points no closer than radius - tolerance and no farther than radius +
-  /// tolerance, among `leaves` of `octree`.
+  /// tolerance, among `leaves` of `octree`. Of very many leaves it takes an even part: p_v is as
+  /// random among those.
   ShellSampler(const SceneOctree& octree, const std::vector<int>& leaves, float radius,
                float tolerance);
 

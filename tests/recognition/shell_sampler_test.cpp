@@ -67,6 +67,30 @@ TEST(ShellSampler, ASceneMuchWiderThanTheShellTakesBoundedMemory) {
   }
 }
 
+TEST(ShellSampler, LooksThroughAnEvenPartOfVeryManyPoints) {
+  std::vector<Eigen::Vector3f> points;
+  for (int x = 0; x < 60; ++x) {
+    for (int y = 0; y < 60; ++y) {
+      for (int z = 0; z < 60; ++z) {
+        points.emplace_back(
+            kLeaf * (Eigen::Vector3i(x, y, z).cast<float>() + Eigen::Vector3f::Constant(0.5f)));
+      }
+    }
+  }
+  const SceneOctree octree(points, kLeaf);
+  ASSERT_EQ(octree.size(), 216'000);
+  const ShellSampler sampler(octree, every(1, octree), 0.1f, kLeaf);
+  std::vector<int> shell;
+  sampler.collect(Eigen::Vector3f::Constant(0.3f), shell);
+  // 4 pi d^2 2 tolerance, in leaves.
+  const double whole = 4.0 * M_PI * 100.0 * 2.0;
+  EXPECT_GT(static_cast<double>(shell.size()), 0.15 * whole);
+  EXPECT_LT(static_cast<double>(shell.size()), 0.25 * whole);
+  Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+  for (const int leaf : shell) mean += octree.point(leaf) / static_cast<float>(shell.size());
+  EXPECT_LT((mean - Eigen::Vector3f::Constant(0.3f)).norm(), 1.5f * kLeaf);
+}
+
 TEST(ShellSampler, AnEmptyShellGivesNothing) {
   const SceneOctree octree({Eigen::Vector3f(0.0f, 0.0f, 1.0f)}, kLeaf);
   std::vector<int> shell{0};
