@@ -102,12 +102,13 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
     ++block;
   }
   projection_ = projection_of(image.intrinsics, block);
-  pixels_.resize(static_cast<std::size_t>(projection_.width) *
-                 static_cast<std::size_t>(projection_.height));
+  const auto width = static_cast<std::size_t>(projection_.width);
+  pixels_.resize(width * static_cast<std::size_t>(projection_.height));
   parallel_chunks(projection_.height, kRowsPerChunk, jobs, [&](int, int begin, int end) {
     for (int v = begin; v < end; ++v) {
+      const std::size_t row = static_cast<std::size_t>(v) * width;
       for (int u = 0; u < projection_.width; ++u) {
-        pixels_[static_cast<std::size_t>(v * projection_.width + u)].depth =
+        pixels_[row + static_cast<std::size_t>(u)].depth =
             depth_of_block(image, u * block, v * block, block);
       }
     }

@@ -254,6 +254,7 @@ void Run::recognize_as_printed() {
     set.quality = static_cast<double>(set.points.size());
   });
   std::vector<int> sizes;
+  sizes.reserve(explained.size());
   for (const ExplainedSet& set : explained) sizes.push_back(static_cast<int>(set.points.size()));
   const std::vector<int> kept = suppress_non_maxima(explained);
   add_time("select", watch.lap());
@@ -279,6 +280,7 @@ void Run::recognize_in_rounds() {
   const auto& models = library_.models();
   const auto V = static_cast<float>(kFacingShare * options_.visibility);
   std::vector<FacingThresholds> thresholds;
+  thresholds.reserve(models.size());
   for (const RecognitionModel& model : models) {
     thresholds.push_back({tolerances_for(model, scene_.noise()).coarse, V, 0.2f});
   }

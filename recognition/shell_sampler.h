@@ -30,7 +30,8 @@ class ShellSampler {
 
   [[nodiscard]] Eigen::Vector3i cell_of(const Eigen::Vector3f& p) const;
   [[nodiscard]] std::size_t index_of(int x, int y, int z) const {
-    return static_cast<std::size_t>((z * cells_.y() + y) * cells_.x() + x);
+    const int index = (z * cells_.y() + y) * cells_.x() + x;
+    return static_cast<std::size_t>(index);
   }
 
   float squared_inner_;
