@@ -67,7 +67,8 @@ TEST(ShellSampler, ASceneMuchWiderThanTheShellTakesBoundedMemory) {
   }
 }
 
-TEST(ShellSampler, LooksThroughAnEvenPartOfVeryManyPoints) {
+/// 216 000 leaves that fill a cube, its corner at the origin.
+std::vector<Eigen::Vector3f> full_cube() {
   std::vector<Eigen::Vector3f> points;
   for (int x = 0; x < 60; ++x) {
     for (int y = 0; y < 60; ++y) {
@@ -77,7 +78,11 @@ TEST(ShellSampler, LooksThroughAnEvenPartOfVeryManyPoints) {
       }
     }
   }
-  const SceneOctree octree(points, kLeaf);
+  return points;
+}
+
+TEST(ShellSampler, LooksThroughAnEvenPartOfVeryManyPoints) {
+  const SceneOctree octree(full_cube(), kLeaf);
   ASSERT_EQ(octree.size(), 216'000);
   const ShellSampler sampler(octree, every(1, octree), 0.1f, kLeaf);
   std::vector<int> shell;
@@ -89,6 +94,26 @@ TEST(ShellSampler, LooksThroughAnEvenPartOfVeryManyPoints) {
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();
   for (const int leaf : shell) mean += octree.point(leaf) / static_cast<float>(shell.size());
   EXPECT_LT((mean - Eigen::Vector3f::Constant(0.3f)).norm(), 1.5f * kLeaf);
+}
+
+TEST(ShellSampler, APointFarFromThatPartHasAnEmptyShell) {
+  std::vector<Eigen::Vector3f> points = full_cube();
+  for (const float x : {-1e3f, 1e3f}) points.emplace_back(x, 0.001f, 0.001f);
+  for (const float y : {-1e3f, 1e3f}) points.emplace_back(0.599f, y, 0.599f);
+  const SceneOctree octree(points, kLeaf);
+  std::vector<int> leaves = every(1, octree);
+  const auto is_far = [&](int leaf) { return octree.point(leaf).norm() > 2.0f; };
+  std::stable_partition(leaves.begin(), leaves.end(), is_far);
+  ASSERT_TRUE(is_far(leaves[3]) && !is_far(leaves[4]));
+  std::swap(leaves[0], leaves[4]);  // the first is taken, of those after it every fifth
+  std::swap(leaves[4], leaves[6]);
+  const ShellSampler sampler(octree, leaves, 0.1f, kLeaf);
+  for (const int far : {leaves[1], leaves[2], leaves[3], leaves[6]}) {
+    ASSERT_TRUE(is_far(far));
+    std::vector<int> shell;
+    sampler.collect(octree.point(far), shell);
+    EXPECT_TRUE(shell.empty());
+  }
 }
 
 TEST(ShellSampler, AnEmptyShellGivesNothing) {
