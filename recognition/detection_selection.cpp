@@ -159,105 +159,180 @@ void DetectionSelection::render_eligible() {
   });
 }
 
-/// What the candidate explains beside the chosen ones. In whatever order they were chosen, together
-/// they claim the same pixels.
+const JudgedCandidate::Judgement* DetectionSelection::recall(
+    std::size_t candidate, const std::vector<std::size_t>& beside) {
+  const std::lock_guard lock(mutex_);
+  for (const JudgedCandidate::Judgement& before : memory_[candidate].judgements) {
+    if (before.beside == beside) return &before;
+  }
+  return nullptr;
+}
+
 const JudgedCandidate::Judgement& DetectionSelection::look_at(
-    std::size_t candidate, Desk& desk, const std::vector<SelectedCandidate>& chosen) {
+    std::size_t candidate, EvidenceGatherer& gatherer, const PixelClaims& claims,
+    const std::vector<SelectedCandidate>& chosen) {
   JudgedCandidate& known = memory_[candidate];
   JudgedCandidate::Judgement judgement;
   judgement.beside = within(known.reached, chosen);
-  {
-    const std::lock_guard lock(mutex_);
-    for (const JudgedCandidate::Judgement& before : known.judgements) {
-      if (before.beside == judgement.beside) return before;
-    }
-  }
+  if (const auto* before = recall(candidate, judgement.beside)) return *before;
   const Candidate& pose = candidates_[candidate];
   const RecognitionModel& model = models_[static_cast<std::size_t>(pose.model)];
   const auto claimant = static_cast<std::int32_t>(candidate);
-  judgement.evidence = desk.gatherer.gather_again(model, pose.T_camera_model, *known.rendered,
-                                                  &desk.claims, claimant);
-  desk.gatherer.explained_pixels(judgement.pixels);
+  judgement.evidence =
+      gatherer.gather_again(model, pose.T_camera_model, *known.rendered, &claims, claimant);
+  gatherer.explained_pixels(judgement.pixels);
   const std::lock_guard lock(mutex_);
   return known.judgements.emplace_back(std::move(judgement));
 }
 
-SelectedCandidate DetectionSelection::judge(std::size_t candidate, Desk& desk,
-                                            const std::vector<SelectedCandidate>& chosen) {
-  const JudgedCandidate::Judgement& judgement = look_at(candidate, desk, chosen);
-  SelectedCandidate judged;
-  judged.candidate = candidate;
-  judged.evidence = judgement.evidence;
-  judged.features = acceptance_features(judged.evidence, dilation_);
-  judged.log_odds = acceptance_.log_odds(judged.features);
-  if (judged.log_odds >= least_log_odds_) judged.pixels = judgement.pixels;
-  return judged;
-}
+class DetectionSelection::Draft {
+ public:
+  /// With `looks_ahead` idle threads judge what will probably be asked for next.
+  Draft(DetectionSelection& selection, bool looks_ahead)
+      : s_(selection),
+        looks_ahead_(looks_ahead && selection.jobs_ > 1),
+        desk_(selection.free_desk()),
+        log_odds_(selection.alone_),
+        is_stale_(selection.candidates_.size(), 0),
+        is_open_(selection.candidates_.size(), 1),
+        choice_{{}, selection.alone_features_} {}
 
-/// Takes candidates best first, those of `first` before all others, each judged beside the ones
-/// taken before; none that is the same object as `without`.
-DetectionSelection::Choice DetectionSelection::choose(const std::vector<std::size_t>& first,
-                                                      std::optional<std::size_t> without) {
-  std::unique_ptr<Desk> desk = free_desk();
-  PixelClaims& claims = desk->claims;
-  std::vector<double> log_odds = alone_;
-  std::vector<char> is_stale(candidates_.size(), 0);
-  std::vector<char> is_open(candidates_.size(), 1);
-  Choice choice{{}, alone_features_};
-  for (std::size_t i = 0; without && i < candidates_.size(); ++i) {
-    if (is_same_object(i, *without)) is_open[i] = 0;
-  }
-  const auto take = [&](SelectedCandidate judged) {
-    const std::size_t i = judged.candidate;
-    for (const int pixel : judged.pixels) {
-      std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
-      if (owner < 0) owner = static_cast<std::int32_t>(i);
+  void leave_out(std::size_t object) {
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      if (s_.is_same_object(i, object)) is_open_[i] = 0;
     }
-    is_open[i] = 0;
-    for (std::size_t other = 0; other < candidates_.size(); ++other) {
-      if (is_open[other] != 0 && is_eligible(other) && overlap(i, other)) {
-        is_stale[other] = 1;
-        log_odds[other] = std::max(log_odds[other], alone_[other]);
+  }
+
+  void take_if_likely(std::size_t i) {
+    SelectedCandidate judged = judge(i);
+    if (judged.log_odds >= s_.least_log_odds_) take(std::move(judged));
+    is_open_[i] = 0;
+  }
+
+  void take_best_first() {
+    for (;;) {
+      const std::size_t best = highest_ranking();
+      if (best == is_open_.size()) break;
+      if (looks_ahead_) judge_ahead(best);
+      const bool was_stale = is_stale_[best] != 0;
+      SelectedCandidate judged = judge(best);
+      log_odds_[best] = judged.log_odds;
+      is_stale_[best] = 0;
+      // Claims only grow: what is mostly another's stays so.
+      if (is_mostly_claimed(judged.evidence)) {
+        is_open_[best] = 0;
+      } else if (!was_stale && judged.log_odds >= s_.least_log_odds_) {
+        take(std::move(judged));
       }
     }
-    choice.selected.push_back(std::move(judged));
-  };
-  const auto judge_now = [&](std::size_t i) {
-    SelectedCandidate judged = judge(i, *desk, choice.selected);
-    choice.decided[i] = judged.features;
+  }
+
+  Choice finish() {
+    for (const SelectedCandidate& taken : choice_.selected) {
+      for (const int pixel : taken.pixels) desk_->claims[static_cast<std::size_t>(pixel)] = -1;
+    }
+    s_.leave(std::move(desk_));
+    return std::move(choice_);
+  }
+
+ private:
+  [[nodiscard]] double rank(std::size_t i) const {
+    return log_odds_[i] + (is_stale_[i] != 0 ? kWithinReach : 0.0);
+  }
+  [[nodiscard]] bool is_in_question(std::size_t i) const {
+    return is_open_[i] != 0 && rank(i) >= s_.least_log_odds_;
+  }
+
+  [[nodiscard]] std::size_t highest_ranking() const {
+    std::size_t best = is_open_.size();
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      if (!is_in_question(i)) continue;
+      if (best == is_open_.size() || rank(i) > rank(best)) best = i;
+    }
+    return best;
+  }
+
+  SelectedCandidate judge(std::size_t i) {
+    const JudgedCandidate::Judgement& judgement =
+        s_.look_at(i, desk_->gatherer, desk_->claims, choice_.selected);
+    SelectedCandidate judged;
+    judged.candidate = i;
+    judged.evidence = judgement.evidence;
+    judged.features = acceptance_features(judged.evidence, s_.dilation_);
+    judged.log_odds = s_.acceptance_.log_odds(judged.features);
+    if (judged.log_odds >= s_.least_log_odds_) judged.pixels = judgement.pixels;
+    choice_.decided[i] = judged.features;
     return judged;
-  };
-  for (const std::size_t i : first) {
-    SelectedCandidate judged = judge_now(i);
-    if (judged.log_odds >= least_log_odds_) take(std::move(judged));
-    is_open[i] = 0;
   }
-  for (;;) {
-    std::size_t best = candidates_.size();
-    const auto rank = [&](std::size_t i) {
-      return log_odds[i] + (is_stale[i] != 0 ? kWithinReach : 0.0);
-    };
-    for (std::size_t i = 0; i < candidates_.size(); ++i) {
-      if (is_open[i] == 0 || !(rank(i) >= least_log_odds_)) continue;
-      if (best == candidates_.size() || rank(i) > rank(best)) best = i;
+
+  void take(SelectedCandidate judged) {
+    const std::size_t i = judged.candidate;
+    for (const int pixel : judged.pixels) {
+      std::int32_t& owner = desk_->claims[static_cast<std::size_t>(pixel)];
+      if (owner < 0) owner = static_cast<std::int32_t>(i);
     }
-    if (best == candidates_.size()) break;
-    const bool was_stale = is_stale[best] != 0;
-    SelectedCandidate judged = judge_now(best);
-    log_odds[best] = judged.log_odds;
-    is_stale[best] = 0;
-    // Claims only grow: what is mostly another's stays so.
-    if (is_mostly_claimed(judged.evidence)) {
-      is_open[best] = 0;
-    } else if (!was_stale && judged.log_odds >= least_log_odds_) {
-      take(std::move(judged));
+    is_open_[i] = 0;
+    for (std::size_t other = 0; other < is_open_.size(); ++other) {
+      if (is_open_[other] != 0 && s_.is_eligible(other) && s_.overlap(i, other)) {
+        is_stale_[other] = 1;
+        log_odds_[other] = std::max(log_odds_[other], s_.alone_[other]);
+      }
     }
+    choice_.selected.push_back(std::move(judged));
   }
-  for (const SelectedCandidate& taken : choice.selected) {
-    for (const int pixel : taken.pixels) claims[static_cast<std::size_t>(pixel)] = -1;
+
+  [[nodiscard]] bool is_known(std::size_t i) const {
+    return s_.recall(i, s_.within(s_.memory_[i].reached, choice_.selected)) != nullptr;
   }
-  leave(std::move(desk));
-  return choice;
+
+  /// Judges `best`, which is asked for now, and beside it as many as there are threads: what comes
+  /// next unless the set changes before. A candidate that is not stale is about to be taken: then
+  /// it changes for those who overlap it.
+  void judge_ahead(std::size_t best) {
+    if (is_known(best)) return;
+    std::vector<std::size_t> next = {best};
+    for (std::size_t i = 0; i < is_open_.size(); ++i) {
+      const bool would_change = i == best || (is_stale_[best] == 0 && s_.overlap(best, i));
+      if (is_in_question(i) && !would_change && !is_known(i)) next.push_back(i);
+    }
+    const std::size_t size = std::min(next.size(), static_cast<std::size_t>(s_.jobs_));
+    std::partial_sort(next.begin() + 1, next.begin() + static_cast<std::ptrdiff_t>(size),
+                      next.end(), [&](std::size_t a, std::size_t b) { return rank(a) > rank(b); });
+    next.resize(size);
+    parallel_for(static_cast<int>(next.size()), s_.jobs_, [&](int i) {
+      const std::size_t candidate = next[static_cast<std::size_t>(i)];
+      if (i == 0) {
+        s_.look_at(candidate, desk_->gatherer, desk_->claims, choice_.selected);
+        return;
+      }
+      std::unique_ptr<Desk> helper = s_.free_desk();
+      s_.look_at(candidate, helper->gatherer, desk_->claims, choice_.selected);
+      s_.leave(std::move(helper));
+    });
+  }
+
+  DetectionSelection& s_;
+  const bool looks_ahead_;
+  std::unique_ptr<Desk> desk_;
+  std::vector<double> log_odds_;
+  std::vector<char> is_stale_;  // others were taken since
+  std::vector<char> is_open_;
+  Choice choice_;
+};
+
+DetectionSelection::Choice DetectionSelection::choose() {
+  Draft draft(*this, /*looks_ahead=*/true);
+  draft.take_best_first();
+  return draft.finish();
+}
+
+DetectionSelection::Choice DetectionSelection::choose_after(const std::vector<std::size_t>& first,
+                                                            std::optional<std::size_t> without) {
+  Draft draft(*this, /*looks_ahead=*/false);
+  if (without) draft.leave_out(*without);
+  for (const std::size_t i : first) draft.take_if_likely(i);
+  draft.take_best_first();
+  return draft.finish();
 }
 
 /// Forces candidates that lost to others to the front; keeps what gains.
@@ -278,7 +353,7 @@ void DetectionSelection::exchange(Choice& choice) {
   std::vector<Choice> others(losers.size());
   parallel_for(static_cast<int>(losers.size()), jobs_, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    others[index] = choose({losers[index]});
+    others[index] = choose_after({losers[index]});
   });
   for (Choice& other : others) {
     if (sum_of_log_odds(other.selected) > sum_of_log_odds(choice.selected) + kWorthExchanging) {
@@ -304,7 +379,7 @@ void DetectionSelection::find_margins(std::vector<SelectedCandidate>& selected) 
         if (other.candidate != member) others.push_back(other.candidate);
       }
     }
-    gains[index] = sum_of_gains(choose(others, member).selected);
+    gains[index] = sum_of_gains(choose_after(others, member).selected);
   });
   const double all = sum_of_gains(selected);
   for (std::size_t i = 0; i < size; ++i) {
@@ -315,14 +390,14 @@ void DetectionSelection::find_margins(std::vector<SelectedCandidate>& selected) 
 
 std::vector<SelectedCandidate> DetectionSelection::select_clear() {
   render_eligible();
-  choice_ = choose({});
+  choice_ = choose();
   return best_first(std::move(choice_.selected));
 }
 
 std::vector<SelectedCandidate> DetectionSelection::select_best() {
   least_log_odds_ = std::min(least_log_odds_, kEvenOdds);
   render_eligible();
-  choice_ = choose({});
+  choice_ = choose();
   exchange(choice_);
   find_margins(choice_.selected);
   return best_first(std::move(choice_.selected));

@@ -106,18 +106,28 @@ class DetectionSelection {
     EvidenceGatherer gatherer;
     PixelClaims claims;  // none but while a set is chosen
   };
+  /// A choice while it is made.
+  class Draft;
   /// Whether the candidate may come to be chosen, beside whatever others.
   [[nodiscard]] bool is_eligible(std::size_t candidate) const;
   void render_eligible();
   [[nodiscard]] std::unique_ptr<Desk> free_desk();
   void leave(std::unique_ptr<Desk> desk);
 
-  [[nodiscard]] Choice choose(const std::vector<std::size_t>& first,
-                              std::optional<std::size_t> without = std::nullopt);
-  [[nodiscard]] SelectedCandidate judge(std::size_t candidate, Desk& desk,
-                                        const std::vector<SelectedCandidate>& chosen);
-  [[nodiscard]] const JudgedCandidate::Judgement& look_at(
-      std::size_t candidate, Desk& desk, const std::vector<SelectedCandidate>& chosen);
+  /// Takes candidates best first, each judged beside the ones taken before.
+  [[nodiscard]] Choice choose();
+  /// The same, those of `first` before all others, and none that is the same object as `without`.
+  /// For calls side by side.
+  [[nodiscard]] Choice choose_after(const std::vector<std::size_t>& first,
+                                    std::optional<std::size_t> without = std::nullopt);
+  /// What is remembered of a candidate beside others, or nothing.
+  [[nodiscard]] const JudgedCandidate::Judgement* recall(std::size_t candidate,
+                                                         const std::vector<std::size_t>& beside);
+  /// What the candidate explains beside the chosen ones, who hold `claims`. In whatever order they
+  /// were chosen, together they claim the same pixels.
+  const JudgedCandidate::Judgement& look_at(std::size_t candidate, EvidenceGatherer& gatherer,
+                                            const PixelClaims& claims,
+                                            const std::vector<SelectedCandidate>& chosen);
   [[nodiscard]] std::vector<std::size_t> within(const PixelBox& box,
                                                 const std::vector<SelectedCandidate>& chosen) const;
   [[nodiscard]] bool overlap(std::size_t a, std::size_t b) const;

@@ -29,7 +29,7 @@ namespace {
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
 constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
 constexpr int kMostRounds = 8;             // of sampling, default setting
-constexpr int kIterationsPerChunk = 8;     // that a thread takes on at a time
+constexpr int kIterationsPerChunk = 2;     // that a thread takes on at a time
 constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
 constexpr int kMostFlatRounds = 4;
 /// V of the points that face the sensor; less than 1, for of those some miss a normal or a pixel.
