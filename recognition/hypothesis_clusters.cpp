@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "recognition/acceptance_function.h"
 #include "recognition/parallel_for.h"
@@ -10,10 +11,12 @@
 namespace binpick {
 namespace {
 
-constexpr float kClusterShare = 0.12f;    // of the diameter, before alignment
-constexpr float kConvergedShare = 0.03f;  // of the diameter, between coarse and fine alignment
-constexpr float kDuplicateShare = 0.04f;  // of the diameter, after alignment
-constexpr float kMostOccluding = 0.15f;   // of the points that face the sensor
+constexpr float kClusterShare = 0.12f;     // of the diameter, before alignment
+constexpr float kConvergedShare = 0.03f;   // of the diameter, between coarse and fine alignment
+constexpr float kDuplicateShare = 0.04f;   // of the diameter, after alignment
+constexpr float kSamePlace = 0.35f;        // of the diameter
+constexpr std::size_t kHeadsPerKept = 10;  // found before few are kept: bounds the cost
+constexpr float kMostOccluding = 0.15f;    // of the points that face the sensor
 
 /// A pose as distances between poses read it.
 struct LocatedPose {
@@ -76,6 +79,47 @@ class PoseDistance {
   Eigen::Vector3f fixed_point_;
   std::vector<Eigen::Vector3f> corners_;
   float lever_ = 0.0f;
+};
+
+/// Which hypotheses of a model, given best first, lie at one place in the scene.
+class Places {
+ public:
+  explicit Places(float radius) : squared_radius_(radius * radius) {}
+
+  /// The next hypothesis, best first.
+  void add(const Eigen::Vector3f& p) {
+    const auto place = std::find_if(places_.begin(), places_.end(), [&](const Place& other) {
+      return (other.p - p).squaredNorm() < squared_radius_;
+    });
+    if (place == places_.end()) {
+      places_.push_back({p, 1});
+      ranks_.push_back(0);
+    } else {
+      ranks_.push_back(place->count++);
+    }
+  }
+
+  /// Keeps the best of every place, then the second best, and so on, until there are `most`.
+  void keep_best_of_each(std::vector<Hypothesis>& hypotheses, std::size_t most) const {
+    if (hypotheses.size() <= most) return;
+    std::vector<std::size_t> order(hypotheses.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return ranks_[a] < ranks_[b]; });
+    order.resize(most);
+    std::sort(order.begin(), order.end());
+    for (std::size_t i = 0; i < most; ++i) hypotheses[i] = hypotheses[order[i]];
+    hypotheses.resize(most);
+  }
+
+ private:
+  struct Place {
+    Eigen::Vector3f p;
+    int count;
+  };
+  float squared_radius_;
+  std::vector<Place> places_;
+  std::vector<int> ranks_;  // of each hypothesis at its place
 };
 
 void align_coarsely(std::vector<Hypothesis>& hypotheses,
@@ -152,19 +196,21 @@ std::vector<Hypothesis> keep_cluster_heads(std::vector<Hypothesis> hypotheses,
     for (const Hypothesis& other : known) {
       if (other.model == model) taken.push_back(distance.locate(other.T_camera_model));
     }
-    const std::size_t full = taken.size() + static_cast<std::size_t>(most);
     std::size_t heads = 0;
+    Places places(kSamePlace * shape.diameter);
     for (const Hypothesis& candidate : candidates) {
-      if (taken.size() == full) break;
+      if (heads == kHeadsPerKept * static_cast<std::size_t>(most)) break;
       const LocatedPose pose = distance.locate(candidate.T_camera_model);
       const bool is_known = std::any_of(taken.begin(), taken.end(), [&](const LocatedPose& other) {
         return distance.closer(pose, other, limit);
       });
       if (is_known) continue;
       taken.push_back(pose);
+      places.add(pose.fixed_point);
       candidates[heads++] = candidate;
     }
     candidates.resize(heads);
+    places.keep_best_of_each(candidates, static_cast<std::size_t>(most));
   });
   std::vector<Hypothesis> heads;
   for (const auto& kept : of_model) heads.insert(heads.end(), kept.begin(), kept.end());

@@ -17,14 +17,16 @@ struct ModelTolerances {
 [[nodiscard]] ModelTolerances tolerances_for(const RecognitionModel& model, float noise);
 
 /// Keeps the best hypothesis of every cluster of poses closer than `share` of the diameter
-/// (symmetry-aware), at most `most` per model, none close to one of `known`. Best first per model.
+/// (symmetry-aware), none close to one of `known`. Best first per model. If there are more than
+/// `most` of a model, the best at every place in the scene is kept before the second best anywhere:
+/// a large thing that is no model fits many poses better than a model fits what is mostly hidden.
 [[nodiscard]] std::vector<Hypothesis> keep_cluster_heads(
     std::vector<Hypothesis> hypotheses, const std::vector<RecognitionModel>& models, float share,
     int most, int jobs, const std::vector<Hypothesis>& known = {});
 
 /// How the hypotheses of one sampling round become few aligned ones.
 struct ClusteringOptions {
-  int most_per_model = 60;         ///< clusters that are looked at
+  int most_per_model = 30;         ///< clusters that are looked at
   double facing_visibility = 0.0;  ///< least share of matched points that face the sensor
   int jobs = 1;
 };

@@ -34,8 +34,8 @@ constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for
 constexpr int kMostFlatRounds = 4;
 /// V of the points that face the sensor; less than 1, for of those some miss a normal or a pixel.
 constexpr double kFacingShare = 0.6;
-constexpr int kSpatialClusters = 60;  // looked at per round and model
-constexpr int kFlatClusters = 6;
+constexpr int kSpatialClusters = 30;  // looked at per round and model
+constexpr int kFlatClusters = 12;
 constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
 constexpr double kLaterVisibility = 0.25;  // of V: what is still hidden then shows less
 
