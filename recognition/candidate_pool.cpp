@@ -15,8 +15,7 @@ namespace {
 constexpr double kHopelessLogOdds = -5.0;  // no sliding helps
 constexpr double kRunnerUp = -3.0;         // least log odds of a candidate that may gain by sliding
 constexpr std::size_t kMostRunnersUp = 12;
-constexpr double kWorthRefining = 0.7;  // of the probability that a detection must have
-constexpr double kClearlyLess = 1.0;    // log odds: refinement trades silhouettes for surfaces
+constexpr double kClearlyLess = 1.0;  // log odds: refinement trades silhouettes for surfaces
 
 }  // namespace
 
@@ -46,8 +45,8 @@ double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
   return acceptance_.log_odds(acceptance_features(evidence, dilation_));
 }
 
-bool CandidatePool::is_worth_refining(const SelectedCandidate& selected) const {
-  return is_likelier(selected, kWorthRefining * acceptance_.least_probability);
+bool CandidatePool::is_doubtful(const SelectedCandidate& selected) const {
+  return probability(detection_log_odds(selected)) < acceptance_.least_probability;
 }
 
 void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {
@@ -97,7 +96,7 @@ const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
                                std::move(judgements_), jobs_);
   selected_ = is_last ? selection.select_best() : selection.select_clear();
   if (is_last) {
-    std::erase_if(selected_, [&](const SelectedCandidate& s) { return !is_worth_refining(s); });
+    std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_doubtful(s); });
   }
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
@@ -228,7 +227,7 @@ void CandidatePool::slide_selected() {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
     }
-    if (!is_worth_refining(selected) || is_mostly_claimed(selected.evidence)) continue;
+    if (is_doubtful(selected) || is_mostly_claimed(selected.evidence)) continue;
     selected.pixels = std::move(stand.pixels);
     for (const int pixel : selected.pixels) claims[static_cast<std::size_t>(pixel)] = claimant;
     standing.push_back(std::move(selected));
@@ -238,56 +237,20 @@ void CandidatePool::slide_selected() {
   selected_ = std::move(standing);
 }
 
-std::vector<RefinedPose> CandidatePool::poses_of_selected() const {
-  std::vector<RefinedPose> poses;
-  for (const SelectedCandidate& selected : selected_) {
-    poses.emplace_back().T_camera_model =
-        candidates_[selected.candidate].T_camera_model.cast<double>();
-  }
-  return poses;
-}
-
-std::vector<RefinedPose> CandidatePool::refined_poses() const {
-  std::vector<Candidate> objects;
-  for (const SelectedCandidate& selected : selected_) {
-    objects.push_back(candidates_[selected.candidate]);
-  }
-  return refine_jointly(library_.models(), scene_, scene_.sensor(), dilation_, objects, jobs_);
-}
-
-void CandidatePool::judge_refined(std::vector<RefinedPose>& refined) {
+void CandidatePool::undo_worse(std::vector<RefinedPose>& refined) const {
   const PixelClaims claims = claims_of_selected();
   parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, scene_.sensor());
-    SelectedCandidate& selected = selected_[static_cast<std::size_t>(i)];
+    const SelectedCandidate& selected = selected_[static_cast<std::size_t>(i)];
     const Candidate& candidate = candidates_[selected.candidate];
     Eigen::Isometry3d& T_camera_model = refined[static_cast<std::size_t>(i)].T_camera_model;
     const HypothesisEvidence evidence =
         gatherer.gather(model_of(candidate), T_camera_model.cast<float>(), &claims,
                         static_cast<std::int32_t>(selected.candidate));
-    const double before = std::exchange(selected.log_odds, log_odds(evidence));
-    if (selected.log_odds < before - kClearlyLess) {
+    if (log_odds(evidence) < selected.log_odds - kClearlyLess) {
       T_camera_model = candidate.T_camera_model.cast<double>();
     }
   });
-}
-
-void CandidatePool::drop_doubtful(std::vector<RefinedPose>& poses) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < selected_.size(); ++i) {
-    if (is_likelier(selected_[i], acceptance_.least_probability)) order.push_back(i);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return selected_[a].log_odds > selected_[b].log_odds;
-  });
-  std::vector<SelectedCandidate> kept;
-  std::vector<RefinedPose> kept_poses;
-  for (const std::size_t i : order) {
-    kept.push_back(std::move(selected_[i]));
-    kept_poses.push_back(poses[i]);
-  }
-  selected_ = std::move(kept);
-  poses = std::move(kept_poses);
 }
 
 std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& pixels) {

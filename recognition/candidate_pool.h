@@ -45,17 +45,9 @@ class CandidatePool {
   /// others any more is dropped.
   void slide_selected();
 
-  /// The poses of the selected candidates as they are, and refined jointly.
-  [[nodiscard]] std::vector<RefinedPose> poses_of_selected() const;
-  [[nodiscard]] std::vector<RefinedPose> refined_poses() const;
-
-  /// Judges each selected candidate by its refined pose, beside the others: a right one does not
-  /// lose by moving to where its points fit best. Takes a pose back that makes it clearly less
-  /// credible.
-  void judge_refined(std::vector<RefinedPose>& refined);
-
-  /// Drops whoever is too doubtful to be reported, here and from `poses`. Best first.
-  void drop_doubtful(std::vector<RefinedPose>& poses);
+  /// Takes a refined pose of each selected candidate back where it makes the candidate clearly less
+  /// credible beside the others.
+  void undo_worse(std::vector<RefinedPose>& refined) const;
 
   [[nodiscard]] const std::vector<SelectedCandidate>& selected() const noexcept {
     return selected_;
@@ -77,11 +69,7 @@ class CandidatePool {
  private:
   void verify(const std::vector<Hypothesis>& hypotheses, bool slide);
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
-  [[nodiscard]] bool is_likelier(const SelectedCandidate& selected, double than) const {
-    return probability(detection_log_odds(selected)) >= than;
-  }
-  /// Whether refinement may make a detection of it.
-  [[nodiscard]] bool is_worth_refining(const SelectedCandidate& selected) const;
+  [[nodiscard]] bool is_doubtful(const SelectedCandidate& selected) const;
   void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
                            const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
   /// The most credible of the candidates that nothing selected stands for, one of each object.

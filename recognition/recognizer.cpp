@@ -336,21 +336,29 @@ void Run::recognize_in_rounds() {
   result_.counters.verified = static_cast<int>(pool.candidates().size());
   if (options_.keep_considered) keep_considered(pool);
   pool.slide_selected();
-  std::vector<RefinedPose> poses =
-      options_.refine ? pool.refined_poses() : pool.poses_of_selected();
-  if (options_.refine) pool.judge_refined(poses);
-  pool.drop_doubtful(poses);
-  const std::vector<SelectedCandidate>& detected = pool.selected();
-  std::vector<int> explained_points(detected.size());
-  parallel_for(static_cast<int>(detected.size()), options_.jobs, [&](int i) {
+  std::vector<Candidate> objects;
+  for (const SelectedCandidate& selected : pool.selected()) {
+    objects.push_back(pool.candidates()[selected.candidate]);
+  }
+  std::vector<RefinedPose> refined(objects.size());
+  if (options_.refine) {
+    refined =
+        refine_jointly(models, scene_, scene_.sensor(), pool.dilation(), objects, options_.jobs);
+    pool.undo_worse(refined);
+  }
+  std::vector<int> explained_points(objects.size());
+  parallel_for(static_cast<int>(objects.size()), options_.jobs, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    explained_points[index] = static_cast<int>(leaves_of(scene_, detected[index].pixels).size());
+    explained_points[index] =
+        static_cast<int>(leaves_of(scene_, pool.selected()[index].pixels).size());
   });
-  for (std::size_t i = 0; i < detected.size(); ++i) {
-    report(pool.candidates()[detected[i].candidate].model, poses[i].T_camera_model,
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const SelectedCandidate& selected = pool.selected()[i];
+    report(objects[i].model,
+           options_.refine ? refined[i].T_camera_model : objects[i].T_camera_model.cast<double>(),
            explained_points[i]);
-    result_.detections.back().covariance = poses[i].covariance;
-    result_.detections.back().confidence = probability(pool.detection_log_odds(detected[i]));
+    result_.detections.back().covariance = refined[i].covariance;
+    result_.detections.back().confidence = probability(pool.detection_log_odds(selected));
   }
   add_time("refine", watch.lap());
 }

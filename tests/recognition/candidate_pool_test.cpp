@@ -76,38 +76,22 @@ TEST_F(Pool, ARunnerUpThatIsRightButForAShiftAlongItsOnlyFaceIsFound) {
   EXPECT_EQ(pool.candidates().size(), 2u);
 }
 
-class RefinedPool : public Pool {
- protected:
-  RefinedPool() : pool_(library_, *scene_, calibrated_acceptance(), 0.3, 1) {
-    pool_.add({{0, truth_, 1.0f}}, 5, false);
-    pool_.select(true);
-    poses_ = pool_.poses_of_selected();
-  }
-
-  CandidatePool pool_;
-  std::vector<RefinedPose> poses_;
-};
-
-TEST_F(RefinedPool, WhatIsAsCredibleStaysAsItWasRefined) {
-  ASSERT_EQ(poses_.size(), 1u);
-  poses_[0].T_camera_model.translation().z() += 0.0002;
-  const Eigen::Isometry3d better = poses_[0].T_camera_model;
-  pool_.judge_refined(poses_);
-  pool_.drop_doubtful(poses_);
-  ASSERT_EQ(poses_.size(), 1u);
-  EXPECT_EQ(pool_.selected().size(), 1u);
-  EXPECT_TRUE(poses_[0].T_camera_model.matrix() == better.matrix());
-}
-
-TEST_F(RefinedPool, RefinementThatLosesTheObjectIsUndoneAndCounts) {
-  ASSERT_EQ(poses_.size(), 1u);
-  const Eigen::Isometry3d chosen = poses_[0].T_camera_model;
-  poses_[0].T_camera_model.translation().x() += 0.03;
-  pool_.judge_refined(poses_);
-  EXPECT_TRUE(poses_[0].T_camera_model.isApprox(chosen));
-  pool_.drop_doubtful(poses_);
-  EXPECT_TRUE(poses_.empty()) << "a right pose would not have been lost";
-  EXPECT_TRUE(pool_.selected().empty());
+TEST_F(Pool, RefinementThatLosesTheObjectIsUndone) {
+  CandidatePool pool(library_, *scene_, calibrated_acceptance(), 0.3, 1);
+  pool.add({{0, truth_, 1.0f}}, 5, false);
+  ASSERT_EQ(pool.select(true).size(), 1u);
+  const Eigen::Isometry3d chosen =
+      pool.candidates()[pool.selected()[0].candidate].T_camera_model.cast<double>();
+  std::vector<RefinedPose> refined(1);
+  refined[0].T_camera_model = chosen;
+  refined[0].T_camera_model.translation().x() += 0.03;
+  pool.undo_worse(refined);
+  EXPECT_TRUE(refined[0].T_camera_model.isApprox(chosen));
+  // What is as credible stays as it was refined.
+  refined[0].T_camera_model.translation().z() += 0.0002;
+  const Eigen::Isometry3d better = refined[0].T_camera_model;
+  pool.undo_worse(refined);
+  EXPECT_TRUE(refined[0].T_camera_model.matrix() == better.matrix());
 }
 
 }  // namespace
