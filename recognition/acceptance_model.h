@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "recognition/hypothesis_evidence.h"
@@ -51,6 +53,7 @@ using FeatureVector = std::array<double, kFeatures>;
 /// (direction_of()): a fit is not rejected for being better than those of the calibration.
 struct AcceptanceModel {
   static constexpr std::size_t kKnots = 3;
+  static constexpr double kExactness = 0.01;  ///< of models, diameters: see model_tolerance()
   struct Term {
     double low = 0.0, high = 1.0;      ///< the range that calibration saw
     double centre = 0.0, scale = 1.0;  ///< of the standardised feature
@@ -61,11 +64,13 @@ struct AcceptanceModel {
   double bias = 0.0;
   std::array<Term, kFeatures> terms{};
   /// From the log odds of a hypothesis to those of a detection: another pose of the model, or
-  /// another model, that explains nearly as much says that this one may be wrong.
+  /// another model, that explains nearly as much says that this one may be wrong; and what is known
+  /// to be there may lie otherwise where little of it is in view.
   struct InSet {
     double bias = 0.0;
     double log_odds = 1.0;
     double margin = 0.0;
+    double uncertainty = 0.0;
   };
   InSet in_set{};
   double least_probability = 0.5;  ///< of a detection that is reported
@@ -73,9 +78,15 @@ struct AcceptanceModel {
   [[nodiscard]] double standardised(Feature feature, double value) const;
   [[nodiscard]] double log_odds(const FeatureVector& features) const;
   /// The log odds of a member of the chosen set: `log_odds` are its own beside the others, `margin`
-  /// is what the best set without it lacks.
-  [[nodiscard]] double log_odds_in_set(double log_odds, double margin) const {
-    return in_set.bias + in_set.log_odds * log_odds + in_set.margin * margin;
+  /// is what the best set without it lacks, `displacement` the largest_displacement() of its pose
+  /// in diameters.
+  [[nodiscard]] double log_odds_in_set(double log_odds, double margin, double displacement) const {
+    return in_set.bias + in_set.log_odds * log_odds + in_set.margin * margin +
+           in_set.uncertainty * uncertainty(displacement);
+  }
+  /// 0 for what is as certain as models are exact, growing with the logarithm.
+  [[nodiscard]] static double uncertainty(double displacement) {
+    return std::log(std::max(displacement / kExactness, 1.0));
   }
 };
 

@@ -16,6 +16,7 @@ constexpr double kHopelessLogOdds = -5.0;  // no sliding helps
 constexpr double kRunnerUp = -3.0;         // least log odds of a candidate that may gain by sliding
 constexpr std::size_t kMostRunnersUp = 12;
 constexpr double kClearlyLess = 1.0;  // log odds: refinement trades silhouettes for surfaces
+constexpr double kCertain = 0.0;      // displacement of poses whose uncertainty is not yet known
 
 }  // namespace
 
@@ -45,8 +46,8 @@ double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
   return acceptance_.log_odds(acceptance_features(evidence, dilation_));
 }
 
-bool CandidatePool::is_doubtful(const SelectedCandidate& selected) const {
-  return probability(detection_log_odds(selected)) < acceptance_.least_probability;
+bool CandidatePool::is_doubtful(const SelectedCandidate& selected, double displacement) const {
+  return probability(detection_log_odds(selected, displacement)) < acceptance_.least_probability;
 }
 
 void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {
@@ -96,7 +97,7 @@ const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
                                std::move(judgements_), jobs_);
   selected_ = is_last ? selection.select_best() : selection.select_clear();
   if (is_last) {
-    std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_doubtful(s); });
+    std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_doubtful(s, kCertain); });
   }
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
@@ -227,7 +228,7 @@ void CandidatePool::slide_selected() {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
     }
-    if (is_doubtful(selected) || is_mostly_claimed(selected.evidence)) continue;
+    if (is_doubtful(selected, kCertain) || is_mostly_claimed(selected.evidence)) continue;
     selected.pixels = std::move(stand.pixels);
     for (const int pixel : selected.pixels) claims[static_cast<std::size_t>(pixel)] = claimant;
     standing.push_back(std::move(selected));

@@ -57,10 +57,14 @@ class CandidatePool {
   [[nodiscard]] const std::vector<FeatureVector>& decided_features() const noexcept {
     return decided_;
   }
-  /// That a selected candidate is right.
-  [[nodiscard]] double detection_log_odds(const SelectedCandidate& selected) const {
-    return acceptance_.log_odds_in_set(selected.log_odds, selected.margin);
+  /// That a selected candidate is right, if the largest_displacement() of its pose is that many
+  /// diameters.
+  [[nodiscard]] double detection_log_odds(const SelectedCandidate& selected,
+                                          double displacement) const {
+    return acceptance_.log_odds_in_set(selected.log_odds, selected.margin, displacement);
   }
+  /// Whether that is too little to be reported.
+  [[nodiscard]] bool is_doubtful(const SelectedCandidate& selected, double displacement) const;
   /// How many candidates would stand alone.
   [[nodiscard]] int accepted() const;
   /// Of silhouettes, pixels of the working resolution, as the last selection estimated it.
@@ -69,7 +73,6 @@ class CandidatePool {
  private:
   void verify(const std::vector<Hypothesis>& hypotheses, bool slide);
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
-  [[nodiscard]] bool is_doubtful(const SelectedCandidate& selected) const;
   void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
                            const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
   /// The most credible of the candidates that nothing selected stands for, one of each object.

@@ -20,6 +20,7 @@
 #include "recognition/observed_scene.h"
 #include "recognition/parallel_for.h"
 #include "recognition/pose_refinement.h"
+#include "recognition/pose_uncertainty.h"
 #include "recognition/shell_sampler.h"
 #include "recognition/stopwatch.h"
 
@@ -141,7 +142,8 @@ class Run {
 
   void recognize_as_printed();
   void recognize_in_rounds();
-  void keep_considered(const CandidatePool& pool);
+  void keep_considered(const CandidatePool& pool, const std::vector<RefinedPose>& refined,
+                       const std::vector<double>& displacements);
   [[nodiscard]] std::vector<int> explained_by(const Hypothesis& hypothesis) const;
   void report(int model, const Eigen::Isometry3d& T_camera_model, int explained_points);
 
@@ -334,18 +336,28 @@ void Run::recognize_in_rounds() {
   pool.select(/*is_last=*/true);
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = static_cast<int>(pool.candidates().size());
-  if (options_.keep_considered) keep_considered(pool);
   pool.slide_selected();
   std::vector<Candidate> objects;
   for (const SelectedCandidate& selected : pool.selected()) {
     objects.push_back(pool.candidates()[selected.candidate]);
   }
-  std::vector<RefinedPose> refined(objects.size());
+  std::vector<RefinedPose> refined;
   if (options_.refine) {
     refined =
         refine_jointly(models, scene_, scene_.sensor(), pool.dilation(), objects, options_.jobs);
     pool.undo_worse(refined);
+  } else {
+    for (const Candidate& object : objects)
+      refined.push_back({object.T_camera_model.cast<double>()});
   }
+  std::vector<double> displacements;  // diameters
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const RecognitionModel& model = models[static_cast<std::size_t>(objects[i].model)];
+    displacements.push_back(
+        largest_displacement(model, refined[i].T_camera_model, refined[i].covariance) /
+        static_cast<double>(model.diameter));
+  }
+  if (options_.keep_considered) keep_considered(pool, refined, displacements);
   std::vector<int> explained_points(objects.size());
   parallel_for(static_cast<int>(objects.size()), options_.jobs, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
@@ -354,27 +366,35 @@ void Run::recognize_in_rounds() {
   });
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const SelectedCandidate& selected = pool.selected()[i];
-    report(objects[i].model,
-           options_.refine ? refined[i].T_camera_model : objects[i].T_camera_model.cast<double>(),
-           explained_points[i]);
+    if (pool.is_doubtful(selected, displacements[i])) continue;
+    report(objects[i].model, refined[i].T_camera_model, explained_points[i]);
     result_.detections.back().covariance = refined[i].covariance;
-    result_.detections.back().confidence = probability(pool.detection_log_odds(selected));
+    result_.detections.back().confidence =
+        probability(pool.detection_log_odds(selected, displacements[i]));
   }
   add_time("refine", watch.lap());
 }
 
-void Run::keep_considered(const CandidatePool& pool) {
+void Run::keep_considered(const CandidatePool& pool, const std::vector<RefinedPose>& refined,
+                          const std::vector<double>& displacements) {
   for (std::size_t i = 0; i < pool.candidates().size(); ++i) {
     const Candidate& candidate = pool.candidates()[i];
-    const auto selected =
-        std::find_if(pool.selected().begin(), pool.selected().end(),
-                     [&](const SelectedCandidate& s) { return s.candidate == i; });
-    const bool is_selected = selected != pool.selected().end();
-    result_.considered.push_back({library_.models()[static_cast<std::size_t>(candidate.model)].name,
-                                  candidate.T_camera_model.cast<double>(),
-                                  candidate.T_camera_model.cast<double>(), candidate.evidence,
-                                  pool.decided_features()[i], is_selected ? selected->margin : 0.0,
-                                  is_selected});
+    ConsideredHypothesis considered;
+    considered.model = library_.models()[static_cast<std::size_t>(candidate.model)].name;
+    considered.T_camera_model = candidate.T_camera_model.cast<double>();
+    considered.evidence = candidate.evidence;
+    considered.features = pool.decided_features()[i];
+    for (std::size_t s = 0; s < pool.selected().size(); ++s) {
+      const SelectedCandidate& selected = pool.selected()[s];
+      if (selected.candidate != i) continue;
+      considered.T_camera_model = refined[s].T_camera_model;
+      considered.features = acceptance_features(selected.evidence, pool.dilation());
+      considered.margin = selected.margin;
+      considered.displacement = displacements[s];
+      considered.is_selected = true;
+    }
+    considered.T_scene_model = considered.T_camera_model;
+    result_.considered.push_back(considered);
   }
 }
 

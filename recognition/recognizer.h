@@ -35,7 +35,8 @@ struct RecognitionCounters {
   int verified = 0;        ///< compared with the scene by rendering (default setting)
 };
 
-/// A hypothesis that was compared with the scene by rendering (default setting).
+/// A hypothesis that was compared with the scene by rendering (default setting); of a selected one
+/// what it is in the end.
 struct ConsideredHypothesis {
   std::string model;
   /// In the frame of the range image that was searched: for a cloud, the one it was projected to.
@@ -44,6 +45,8 @@ struct ConsideredHypothesis {
   HypothesisEvidence evidence;                                      ///< alone
   FeatureVector features{};  ///< on which the decision fell, beside what was selected before it
   double margin = 0.0;       ///< of a selected one: what the best set without it lacks, log odds
+  /// Of a selected one: largest_displacement() of its pose, diameters.
+  double displacement = 0.0;
   bool is_selected = false;
 };
 

@@ -113,7 +113,6 @@ class Calibration {
     RecognizerOptions options;
     options.acceptance = &acceptance;
     options.keep_considered = true;
-    options.refine = false;
     const RecognitionResult result =
         recognize(Recognizer(libraries_[recipe.set], options), frame, seed);
     FrameRows rows;
@@ -134,7 +133,8 @@ class Calibration {
       }
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
-      const LabelledFeatures row{considered.features, considered.margin, is_right, 0.0, index};
+      const LabelledFeatures row{
+          considered.features, considered.margin, considered.displacement, is_right, 0.0, index};
       if (!is_slid) {
         rows.candidates.push_back(row);
         rows.candidates.back().weight = kCandidateWeight;
@@ -234,7 +234,7 @@ std::vector<JudgedRow> cross_validate(const std::vector<LabelledFeatures>& rows,
     const AcceptanceModel model = fit_acceptance(others, kRidge);
     for (const LabelledFeatures& row : judged) {
       if (row.scan % kFolds != fold) continue;
-      result.push_back({model.log_odds(row.features), row.margin, row.is_right});
+      result.push_back({model.log_odds(row.features), row.margin, row.displacement, row.is_right});
     }
   }
   return result;
@@ -311,8 +311,9 @@ std::vector<JudgedRow> judge(const AcceptanceModel& model,
                              const std::vector<LabelledFeatures>& rows) {
   std::vector<JudgedRow> judged;
   for (const LabelledFeatures& row : rows) {
-    judged.push_back({model.log_odds_in_set(model.log_odds(row.features), row.margin), row.margin,
-                      row.is_right});
+    judged.push_back(
+        {model.log_odds_in_set(model.log_odds(row.features), row.margin, row.displacement),
+         row.margin, row.displacement, row.is_right});
   }
   return judged;
 }
@@ -320,8 +321,8 @@ std::vector<JudgedRow> judge(const AcceptanceModel& model,
 void write_rows(const std::filesystem::path& path, const std::vector<LabelledFeatures>& rows) {
   std::ofstream file(path);
   for (const LabelledFeatures& row : rows) {
-    file << fmt::format("{},{},{:d},{},{:.5g}", row.scan, recipe_of(row.scan).variant, row.is_right,
-                        row.weight, row.margin);
+    file << fmt::format("{},{},{:d},{},{:.5g},{:.5g}", row.scan, recipe_of(row.scan).variant,
+                        row.is_right, row.weight, row.margin, row.displacement);
     for (const double value : row.features) file << fmt::format(",{:.5g}", value);
     file << '\n';
   }
@@ -348,10 +349,11 @@ std::string source_of(const AcceptanceModel& model, const Arguments& arguments) 
         t.bends[1], t.bends[2]);
   }
   text += fmt::format(
-      "    }}}},\n    .in_set = {{{:.6g}, {:.6g}, {:.6g}}},\n    .least_probability = "
+      "    }}}},\n    .in_set = {{{:.6g}, {:.6g}, {:.6g}, {:.6g}}},\n    .least_probability = "
       "{:.6g},\n"
       "  }};\n  return model;\n}}\n\n}}  // namespace binpick\n// clang-format on\n",
-      model.in_set.bias, model.in_set.log_odds, model.in_set.margin, model.least_probability);
+      model.in_set.bias, model.in_set.log_odds, model.in_set.margin, model.in_set.uncertainty,
+      model.least_probability);
   return text;
 }
 
@@ -368,7 +370,7 @@ int calibrate(int argc, char** argv) {
                  "source file to write, recognition/acceptance_weights.cpp");
   app.add_option("--rows", arguments.rows,
                  "CSV of what the model was fitted to: scan, variant, right, weight, margin, "
-                 "features");
+                 "displacement, features");
   CLI11_PARSE(app, argc, argv);
   // Master seeds 900 to 949 are calibration's alone; nothing else is tuned or reported on them.
   constexpr Seed kFirstMaster = 900;
@@ -397,7 +399,9 @@ int calibrate(int argc, char** argv) {
     recalibration.apply(model);
     for (JudgedRow& row : judged) row.log_odds = recalibration.a * row.log_odds + recalibration.b;
     model.in_set = fit_in_set(judged);
-    for (JudgedRow& row : judged) row.log_odds = model.log_odds_in_set(row.log_odds, row.margin);
+    for (JudgedRow& row : judged) {
+      row.log_odds = model.log_odds_in_set(row.log_odds, row.margin, row.displacement);
+    }
     model.least_probability = threshold_for(judged, arguments.scenes);
     fmt::print("pass {}: {} hypotheses, {} selected, least probability {:.3f}; cross-validated\n",
                pass + 1, rows.size(), selected.size(), model.least_probability);

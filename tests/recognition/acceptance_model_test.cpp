@@ -88,7 +88,7 @@ TEST(AcceptanceModel, RecalibrationUndoesAScale) {
   testing::Recalibration{3.0, 1.0}.apply(recalibrated);
   std::vector<testing::JudgedRow> judged;
   for (const LabelledFeatures& row : data) {
-    judged.push_back({recalibrated.log_odds(row.features), 0.0, row.is_right});
+    judged.push_back({recalibrated.log_odds(row.features), 0.0, 0.0, row.is_right});
   }
   testing::recalibration_of(judged).apply(recalibrated);
   // The ridge makes the fit a little too modest for its own rows.
@@ -99,7 +99,7 @@ TEST(AcceptanceModel, RecalibrationUndoesAScale) {
 }
 
 TEST(AcceptanceModel, FitFindsWhatTheSetSaysAboutItsMembers) {
-  const AcceptanceModel::InSet truth{-2.0, 0.8, 1.2};
+  const AcceptanceModel::InSet truth{-2.0, 0.8, 1.2, -0.7};
   AcceptanceModel model;
   model.in_set = truth;
   Random random(5);
@@ -108,13 +108,16 @@ TEST(AcceptanceModel, FitFindsWhatTheSetSaysAboutItsMembers) {
     testing::JudgedRow row;
     row.log_odds = random.uniform(-3.0, 6.0);
     row.margin = random.uniform(0.0, 4.0);
-    row.is_right = random.uniform() < probability(model.log_odds_in_set(row.log_odds, row.margin));
+    row.displacement = random.uniform(0.0, 0.2);
+    row.is_right = random.uniform() <
+                   probability(model.log_odds_in_set(row.log_odds, row.margin, row.displacement));
     judged.push_back(row);
   }
   const AcceptanceModel::InSet fitted = testing::fit_in_set(judged);
   EXPECT_NEAR(fitted.log_odds, truth.log_odds, 0.05);
   EXPECT_NEAR(fitted.margin, truth.margin, 0.07);
-  EXPECT_NEAR(fitted.bias, truth.bias, 0.1);
+  EXPECT_NEAR(fitted.uncertainty, truth.uncertainty, 0.1);
+  EXPECT_NEAR(fitted.bias, truth.bias, 0.2);
 }
 
 TEST(AcceptanceModel, NothingIsExtrapolated) {
