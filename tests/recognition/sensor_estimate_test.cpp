@@ -1,10 +1,9 @@
-#include "recognition/observed_scene.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "models/random.h"
+#include "recognition/observed_scene.h"
 
 namespace binpick {
 namespace {
