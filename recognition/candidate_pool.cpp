@@ -15,8 +15,10 @@ namespace {
 constexpr double kHopelessLogOdds = -5.0;  // no sliding helps
 constexpr double kRunnerUp = -3.0;         // least log odds of a candidate that may gain by sliding
 constexpr std::size_t kMostRunnersUp = 12;
-constexpr double kClearlyLess = 1.0;  // log odds: refinement trades silhouettes for surfaces
-constexpr double kCertain = 0.0;      // displacement of poses whose uncertainty is not yet known
+// Log odds. Refinement trades silhouettes for surfaces, for one to three where a sensor dilates
+// silhouettes; where it runs away for want of information it costs five and more.
+constexpr double kClearlyLess = 4.0;
+constexpr double kCertain = 0.0;  // displacement of poses whose uncertainty is not yet known
 
 }  // namespace
 
