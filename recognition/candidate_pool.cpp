@@ -143,8 +143,12 @@ Candidate CandidatePool::beside_claims(EvidenceGatherer& gatherer, std::size_t i
 void CandidatePool::slide_runners_up() {
   const std::vector<std::size_t> chosen = runners_up();
   const PixelClaims claims = claims_of_selected();
+  std::vector<int> costs;
+  for (const std::size_t index : chosen) {
+    costs.push_back(evidence_cost(model_of(candidates_[index]), candidates_[index].evidence));
+  }
   std::vector<std::optional<Candidate>> moved(chosen.size());
-  parallel_for(static_cast<int>(chosen.size()), jobs_, [&](int i) {
+  parallel_for_longest_first(costs, jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, scene_.sensor());
     const std::size_t index = chosen[static_cast<std::size_t>(i)];
     Candidate candidate = beside_claims(gatherer, index, claims);

@@ -53,7 +53,8 @@ using JudgementMemory = std::vector<JudgedCandidate>;
 /// By how many pixels the sensor lets nearer surfaces grow: where the steps of depth lie beside the
 /// silhouettes of credible candidates, in the (weighted) median. `fallback` without such.
 [[nodiscard]] double estimate_dilation(std::span<const Candidate> candidates,
-                                       const AcceptanceModel& acceptance, double fallback = 0.5);
+                                       const AcceptanceModel& acceptance, int jobs = 1,
+                                       double fallback = 0.5);
 
 /// Whether so much of what agrees with a hypothesis is another's that the rest says little.
 [[nodiscard]] bool is_mostly_claimed(const HypothesisEvidence& evidence);
@@ -117,9 +118,10 @@ class DetectionSelection {
   /// Takes candidates best first, each judged beside the ones taken before.
   [[nodiscard]] Choice choose();
   /// The same, those of `first` before all others, and none that is the same object as `without`.
-  /// For calls side by side.
+  /// For calls side by side; with `looks_ahead` for few of them, as threads are idle then.
   [[nodiscard]] Choice choose_after(const std::vector<std::size_t>& first,
-                                    std::optional<std::size_t> without = std::nullopt);
+                                    std::optional<std::size_t> without = std::nullopt,
+                                    bool looks_ahead = false);
   /// What is remembered of a candidate beside others, or nothing.
   [[nodiscard]] const JudgedCandidate::Judgement* recall(std::size_t candidate,
                                                          const std::vector<std::size_t>& beside);

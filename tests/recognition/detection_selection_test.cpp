@@ -172,7 +172,7 @@ TEST_F(Selection, DilationIsReadOffCredibleCandidates) {
   candidate.evidence.edge_offset = 1.5f;
   const std::vector<Candidate> candidates(3, candidate);
   EXPECT_EQ(estimate_dilation(candidates, calibrated_acceptance()), 1.5);
-  EXPECT_EQ(estimate_dilation({}, calibrated_acceptance(), 0.25), 0.25);
+  EXPECT_EQ(estimate_dilation({}, calibrated_acceptance(), 1, 0.25), 0.25);
 }
 
 }  // namespace
