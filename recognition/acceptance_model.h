@@ -53,7 +53,6 @@ using FeatureVector = std::array<double, kFeatures>;
 /// (direction_of()): a fit is not rejected for being better than those of the calibration.
 struct AcceptanceModel {
   static constexpr std::size_t kKnots = 3;
-  static constexpr double kExactness = 0.01;  ///< of models, diameters: see model_tolerance()
   struct Term {
     double low = 0.0, high = 1.0;      ///< the range that calibration saw
     double centre = 0.0, scale = 1.0;  ///< of the standardised feature
@@ -86,7 +85,7 @@ struct AcceptanceModel {
   }
   /// 0 for what is as certain as models are exact, growing with the logarithm.
   [[nodiscard]] static double uncertainty(double displacement) {
-    return std::log(std::max(displacement / kExactness, 1.0));
+    return std::log(std::max(displacement / kModelExactness, 1.0));
   }
 };
 

@@ -299,8 +299,8 @@ class DetectionSelection::Draft {
     return s_.recall(i, s_.within(s_.memory_[i].reached, choice_.selected)) != nullptr;
   }
 
-  /// Judges `best`, which is asked for now, and beside it as many as there are threads: what comes
-  /// next unless the set changes before. A candidate that is not stale is about to be taken: then
+  /// Judges `best`, whose turn it is, and beside it as many as there are threads: what comes next
+  /// unless the set changes before. A candidate that is not stale is about to be taken: then
   /// it changes for those who overlap it.
   void judge_ahead(std::size_t best) {
     if (is_known(best)) return;

@@ -150,10 +150,13 @@ class EvidenceGatherer {
   std::vector<SilhouetteStep> steps_;
 };
 
-/// The band along the normal within which a model and a noise-free scene agree, m: models are wrong
-/// by about this much, and sensors bend their depth slowly.
+/// Models are wrong by about this much, diameters.
+constexpr double kModelExactness = 0.01;
+
+/// The band along the normal within which a model and a noise-free scene agree, m: models are not
+/// exact, and sensors bend their depth slowly.
 [[nodiscard]] inline float model_tolerance(const RecognitionModel& model) {
-  return 0.01f * model.diameter;
+  return static_cast<float>(kModelExactness) * model.diameter;
 }
 
 }  // namespace binpick

@@ -350,20 +350,18 @@ void Run::recognize_in_rounds() {
     for (const Candidate& object : objects)
       refined.push_back({object.T_camera_model.cast<double>()});
   }
-  std::vector<double> displacements;  // diameters
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    const RecognitionModel& model = models[static_cast<std::size_t>(objects[i].model)];
-    displacements.push_back(
-        largest_displacement(model, refined[i].T_camera_model, refined[i].covariance) /
-        static_cast<double>(model.diameter));
-  }
-  if (options_.keep_considered) keep_considered(pool, refined, displacements);
+  std::vector<double> displacements(objects.size());  // diameters
   std::vector<int> explained_points(objects.size());
   parallel_for(static_cast<int>(objects.size()), options_.jobs, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
+    const RecognitionModel& model = models[static_cast<std::size_t>(objects[index].model)];
+    displacements[index] =
+        largest_displacement(model, refined[index].T_camera_model, refined[index].covariance) /
+        static_cast<double>(model.diameter);
     explained_points[index] =
         static_cast<int>(leaves_of(scene_, pool.selected()[index].pixels).size());
   });
+  if (options_.keep_considered) keep_considered(pool, refined, displacements);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const SelectedCandidate& selected = pool.selected()[i];
     if (pool.is_doubtful(selected, displacements[i])) continue;

@@ -117,7 +117,7 @@ TEST(AcceptanceModel, FitFindsWhatTheSetSaysAboutItsMembers) {
   EXPECT_NEAR(fitted.log_odds, truth.log_odds, 0.05);
   EXPECT_NEAR(fitted.margin, truth.margin, 0.07);
   EXPECT_NEAR(fitted.uncertainty, truth.uncertainty, 0.1);
-  EXPECT_NEAR(fitted.bias, truth.bias, 0.2);
+  EXPECT_NEAR(fitted.bias, truth.bias, 0.1);
 }
 
 TEST(AcceptanceModel, NothingIsExtrapolated) {
