@@ -244,18 +244,22 @@ void CandidatePool::slide_selected() {
   selected_ = std::move(standing);
 }
 
-void CandidatePool::undo_worse(std::vector<RefinedPose>& refined) const {
+void CandidatePool::judge_refined(std::vector<RefinedPose>& refined) {
   const PixelClaims claims = claims_of_selected();
   parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
     EvidenceGatherer gatherer(scene_, scene_.sensor());
-    const SelectedCandidate& selected = selected_[static_cast<std::size_t>(i)];
+    SelectedCandidate& selected = selected_[static_cast<std::size_t>(i)];
     const Candidate& candidate = candidates_[selected.candidate];
     Eigen::Isometry3d& T_camera_model = refined[static_cast<std::size_t>(i)].T_camera_model;
     const HypothesisEvidence evidence =
         gatherer.gather(model_of(candidate), T_camera_model.cast<float>(), &claims,
                         static_cast<std::int32_t>(selected.candidate));
-    if (log_odds(evidence) < selected.log_odds - kClearlyLess) {
+    const double refined_log_odds = log_odds(evidence);
+    if (refined_log_odds < selected.log_odds - kClearlyLess) {
       T_camera_model = candidate.T_camera_model.cast<double>();
+    } else {
+      selected.evidence = evidence;
+      selected.log_odds = refined_log_odds;
     }
   });
 }

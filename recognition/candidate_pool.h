@@ -45,9 +45,9 @@ class CandidatePool {
   /// others any more is dropped.
   void slide_selected();
 
-  /// Takes a refined pose of each selected candidate back where it makes the candidate clearly less
-  /// credible beside the others.
-  void undo_worse(std::vector<RefinedPose>& refined) const;
+  /// From now on the selected candidates are judged in their refined poses, beside the others as
+  /// these were. A pose that makes its candidate clearly less credible is taken back.
+  void judge_refined(std::vector<RefinedPose>& refined);
 
   [[nodiscard]] const std::vector<SelectedCandidate>& selected() const noexcept {
     return selected_;

@@ -345,7 +345,7 @@ void Run::recognize_in_rounds() {
   if (options_.refine) {
     refined =
         refine_jointly(models, scene_, scene_.sensor(), pool.dilation(), objects, options_.jobs);
-    pool.undo_worse(refined);
+    pool.judge_refined(refined);
   } else {
     for (const Candidate& object : objects)
       refined.push_back({object.T_camera_model.cast<double>()});
@@ -370,6 +370,9 @@ void Run::recognize_in_rounds() {
     result_.detections.back().confidence =
         probability(pool.detection_log_odds(selected, displacements[i]));
   }
+  std::stable_sort(
+      result_.detections.begin(), result_.detections.end(),
+      [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
   add_time("refine", watch.lap());
 }
 

@@ -76,22 +76,25 @@ TEST_F(Pool, ARunnerUpThatIsRightButForAShiftAlongItsOnlyFaceIsFound) {
   EXPECT_EQ(pool.candidates().size(), 2u);
 }
 
-TEST_F(Pool, RefinementThatLosesTheObjectIsUndone) {
+TEST_F(Pool, RefinedPosesDecideAndThoseThatLoseTheObjectAreUndone) {
   CandidatePool pool(library_, *scene_, calibrated_acceptance(), 0.3, 1);
   pool.add({{0, truth_, 1.0f}}, 5, false);
   ASSERT_EQ(pool.select(true).size(), 1u);
   const Eigen::Isometry3d chosen =
       pool.candidates()[pool.selected()[0].candidate].T_camera_model.cast<double>();
+  const double before = pool.selected()[0].log_odds;
   std::vector<RefinedPose> refined(1);
   refined[0].T_camera_model = chosen;
   refined[0].T_camera_model.translation().x() += 0.03;
-  pool.undo_worse(refined);
+  pool.judge_refined(refined);
   EXPECT_TRUE(refined[0].T_camera_model.isApprox(chosen));
-  // What is as credible stays as it was refined.
-  refined[0].T_camera_model.translation().z() += 0.0002;
+  EXPECT_EQ(pool.selected()[0].log_odds, before);
+  // What is about as credible stays as it was refined, and is judged there.
+  refined[0].T_camera_model.translation().z() += 0.001;
   const Eigen::Isometry3d better = refined[0].T_camera_model;
-  pool.undo_worse(refined);
+  pool.judge_refined(refined);
   EXPECT_TRUE(refined[0].T_camera_model.matrix() == better.matrix());
+  EXPECT_LT(pool.selected()[0].log_odds, before);
 }
 
 }  // namespace
