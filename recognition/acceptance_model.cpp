@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace binpick {
 
@@ -80,6 +81,16 @@ double AcceptanceModel::log_odds(const FeatureVector& features) const {
   return sum;
 }
 
+double AcceptanceModel::detection_probability(double log_odds, double margin,
+                                              double displacement) const {
+  return probability(in_set.bias + in_set.log_odds * log_odds + in_set.margin * margin) *
+         probability_in_place(displacement);
+}
+
 double probability(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }
+
+double probability_in_place(double displacement) {
+  return std::erf(kRightPose / (std::numbers::sqrt2 * displacement));
+}
 
 }  // namespace binpick

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "recognition/hypothesis_evidence.h"
@@ -62,35 +60,34 @@ struct AcceptanceModel {
   };
   double bias = 0.0;
   std::array<Term, kFeatures> terms{};
-  /// From the log odds of a hypothesis to those of a detection: another pose of the model, or
-  /// another model, that explains nearly as much says that this one may be wrong; and what is known
-  /// to be there may lie otherwise where little of it is in view.
+  /// From the log odds of a hypothesis to those of a member of the chosen set: another pose of the
+  /// model, or another model, that explains nearly as much says that this one may be wrong.
   struct InSet {
     double bias = 0.0;
     double log_odds = 1.0;
     double margin = 0.0;
-    double uncertainty = 0.0;
   };
   InSet in_set{};
   double least_probability = 0.5;  ///< of a detection that is reported
 
   [[nodiscard]] double standardised(Feature feature, double value) const;
   [[nodiscard]] double log_odds(const FeatureVector& features) const;
-  /// The log odds of a member of the chosen set: `log_odds` are its own beside the others, `margin`
-  /// is what the best set without it lacks, `displacement` the largest_displacement() of its pose
-  /// in diameters.
-  [[nodiscard]] double log_odds_in_set(double log_odds, double margin, double displacement) const {
-    return in_set.bias + in_set.log_odds * log_odds + in_set.margin * margin +
-           in_set.uncertainty * uncertainty(displacement);
-  }
-  /// 0 for what is as certain as models are exact, growing with the logarithm.
-  [[nodiscard]] static double uncertainty(double displacement) {
-    return std::log(std::max(displacement / kModelExactness, 1.0));
-  }
+  /// That a member of the chosen set is right: that the object is there, and that it is not
+  /// elsewhere than its pose says. `log_odds` are its own beside the others, `margin` is what the
+  /// best set without it lacks, `displacement` the largest_displacement() of its pose in diameters.
+  [[nodiscard]] double detection_probability(double log_odds, double margin,
+                                             double displacement) const;
 };
+
+/// A pose is right if no surface point is farther off, diameters, symmetries applied (MSSD).
+constexpr double kRightPose = 0.1;
 
 /// 1 / (1 + exp(-log_odds)).
 [[nodiscard]] double probability(double log_odds);
+
+/// That a pose whose largest_displacement() is that many diameters is right, if the object is
+/// there.
+[[nodiscard]] double probability_in_place(double displacement);
 
 /// The model that tests/recognition/acceptance_calibration_main.cpp made from generated scenes
 /// (acceptance_weights.cpp).

@@ -49,7 +49,7 @@ double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
 }
 
 bool CandidatePool::is_doubtful(const SelectedCandidate& selected, double displacement) const {
-  return probability(detection_log_odds(selected, displacement)) < acceptance_.least_probability;
+  return detection_probability(selected, displacement) < acceptance_.least_probability;
 }
 
 void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {

@@ -59,9 +59,9 @@ class CandidatePool {
   }
   /// That a selected candidate is right, if the largest_displacement() of its pose is that many
   /// diameters.
-  [[nodiscard]] double detection_log_odds(const SelectedCandidate& selected,
-                                          double displacement) const {
-    return acceptance_.log_odds_in_set(selected.log_odds, selected.margin, displacement);
+  [[nodiscard]] double detection_probability(const SelectedCandidate& selected,
+                                             double displacement) const {
+    return acceptance_.detection_probability(selected.log_odds, selected.margin, displacement);
   }
   /// Whether that is too little to be reported.
   [[nodiscard]] bool is_doubtful(const SelectedCandidate& selected, double displacement) const;

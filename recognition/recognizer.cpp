@@ -367,8 +367,7 @@ void Run::recognize_in_rounds() {
     if (pool.is_doubtful(selected, displacements[i])) continue;
     report(objects[i].model, refined[i].T_camera_model, explained_points[i]);
     result_.detections.back().covariance = refined[i].covariance;
-    result_.detections.back().confidence =
-        probability(pool.detection_log_odds(selected, displacements[i]));
+    result_.detections.back().confidence = pool.detection_probability(selected, displacements[i]);
   }
   std::stable_sort(
       result_.detections.begin(), result_.detections.end(),

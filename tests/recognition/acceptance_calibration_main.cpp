@@ -29,8 +29,8 @@ namespace binpick::testing {
 namespace {
 
 constexpr double kRidge = 1.0;
-constexpr double kRightPose = 0.1;  // MSSD below this share of the diameter
-constexpr double kWrongPose = 0.2;  // above this one; what lies between teaches features nothing
+// MSSD, diameters: what lies between this and kRightPose teaches features nothing.
+constexpr double kWrongPose = 0.2;
 // Visible surface discrepancy, with 0.05 diameters of tolerance, below which a view does not tell
 // two poses apart (an upright and an upturned cup): no labels either.
 constexpr double kLooksAlike = 0.2;
@@ -133,14 +133,17 @@ class Calibration {
       }
       const auto claimed = considered.features[static_cast<std::size_t>(Feature::kClaimed)];
       if (claimed * claimed > kMostClaimed) continue;
-      const LabelledFeatures row{
-          considered.features, considered.margin, considered.displacement, is_right, 0.0, index};
+      const LabelledFeatures row{.features = considered.features,
+                                 .margin = considered.margin,
+                                 .displacement = considered.displacement,
+                                 .is_right = is_right,
+                                 .is_beside = is_slid,
+                                 .scan = index};
       if (!is_slid) {
         rows.candidates.push_back(row);
         rows.candidates.back().weight = kCandidateWeight;
       }
       if (!considered.is_selected) continue;
-      // As a detection it is wrong.
       rows.selected.push_back(row);
       rows.selected.back().weight = is_slid ? 0.0 : 1.0;
     }
@@ -220,49 +223,76 @@ void append(std::vector<LabelledFeatures>& rows, const std::vector<LabelledFeatu
   rows.insert(rows.end(), more.begin(), more.end());
 }
 
-/// What models that were fitted to the rows of all scans but every fifth say about `judged` rows of
-/// those. Confidence and threshold follow from these: no model is modest about its own rows.
+/// What models that were fitted to the rows of all scans but every fifth say about the `judged`
+/// rows of those, in their order. Confidence and threshold follow from these: no model is modest
+/// about its own rows.
 std::vector<JudgedRow> cross_validate(const std::vector<LabelledFeatures>& rows,
                                       const std::vector<LabelledFeatures>& judged) {
   constexpr int kFolds = 5;
-  std::vector<JudgedRow> result;
+  std::vector<JudgedRow> result(judged.size());
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<LabelledFeatures> others;
     for (const LabelledFeatures& row : rows) {
       if (row.scan % kFolds != fold) others.push_back(row);
     }
     const AcceptanceModel model = fit_acceptance(others, kRidge);
-    for (const LabelledFeatures& row : judged) {
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+      const LabelledFeatures& row = judged[i];
       if (row.scan % kFolds != fold) continue;
-      result.push_back({model.log_odds(row.features), row.margin, row.displacement, row.is_right});
+      result[i] = {model.log_odds(row.features), row.margin, row.is_right || row.is_beside};
     }
   }
   return result;
 }
 
+/// A detection as the threshold sees it.
+struct JudgedDetection {
+  double probability = 0.0;
+  bool is_right = false;
+};
+
+/// `log_odds` are those of the rows.
+std::vector<JudgedDetection> judge(const AcceptanceModel& model,
+                                   const std::vector<LabelledFeatures>& rows,
+                                   const std::vector<double>& log_odds) {
+  std::vector<JudgedDetection> judged;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const LabelledFeatures& row = rows[i];
+    judged.push_back(
+        {model.detection_probability(log_odds[i], row.margin, row.displacement), row.is_right});
+  }
+  return judged;
+}
+std::vector<JudgedDetection> judge(const AcceptanceModel& model,
+                                   const std::vector<LabelledFeatures>& rows) {
+  std::vector<double> log_odds;
+  for (const LabelledFeatures& row : rows) log_odds.push_back(model.log_odds(row.features));
+  return judge(model, rows, log_odds);
+}
+
 /// The lowest threshold that lets through at most kMostFalse wrong detections per frame.
-double threshold_for(const std::vector<JudgedRow>& rows, int frames) {
+double threshold_for(const std::vector<JudgedDetection>& judged, int frames) {
   std::vector<double> wrong;
-  for (const JudgedRow& row : rows) {
-    if (!row.is_right) wrong.push_back(row.log_odds);
+  for (const JudgedDetection& detection : judged) {
+    if (!detection.is_right) wrong.push_back(detection.probability);
   }
   std::sort(wrong.begin(), wrong.end(), std::greater<>());
   const auto allowed = static_cast<std::size_t>(kMostFalse * frames);
-  return allowed < wrong.size() ? std::max(probability(wrong[allowed]), 0.05) : 0.05;
+  return allowed < wrong.size() ? std::max(wrong[allowed], 0.05) : 0.05;
 }
 
-void print_reliability(const std::vector<JudgedRow>& rows) {
+void print_reliability(const std::vector<JudgedDetection>& judged) {
   constexpr std::array<double, 9> kEdges = {0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 1.01};
   fmt::print("predicted     detections  mean predicted  right\n");
   for (std::size_t bin = 0; bin + 1 < kEdges.size(); ++bin) {
     int count = 0;
     int right = 0;
     double sum = 0.0;
-    for (const JudgedRow& row : rows) {
-      const double p = probability(row.log_odds);
+    for (const JudgedDetection& detection : judged) {
+      const double p = detection.probability;
       if (p < kEdges[bin] || p >= kEdges[bin + 1]) continue;
       ++count;
-      if (row.is_right) ++right;
+      if (detection.is_right) ++right;
       sum += p;
     }
     if (count == 0) continue;
@@ -272,13 +302,13 @@ void print_reliability(const std::vector<JudgedRow>& rows) {
   }
 }
 
-void print_rates(const std::vector<JudgedRow>& rows, int frames) {
+void print_rates(const std::vector<JudgedDetection>& judged, int frames) {
   fmt::print("least probability  right  wrong  of {} frames\n", frames);
   for (const double least : {0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995}) {
     int right = 0;
     int wrong = 0;
-    for (const JudgedRow& row : rows) {
-      if (probability(row.log_odds) >= least) ++(row.is_right ? right : wrong);
+    for (const JudgedDetection& detection : judged) {
+      if (detection.probability >= least) ++(detection.is_right ? right : wrong);
     }
     fmt::print("{:>17.3f} {:>6} {:>6}\n", least, right, wrong);
   }
@@ -305,17 +335,6 @@ void print_losses(const std::vector<FrameRows>& frames) {
     fmt::print("{:.2f} - {:.2f} {:>12} {:>17} {:>17}\n", kEdges[bin],
                std::min(kEdges[bin + 1], 1.0), all, candidates, selected);
   }
-}
-
-std::vector<JudgedRow> judge(const AcceptanceModel& model,
-                             const std::vector<LabelledFeatures>& rows) {
-  std::vector<JudgedRow> judged;
-  for (const LabelledFeatures& row : rows) {
-    judged.push_back(
-        {model.log_odds_in_set(model.log_odds(row.features), row.margin, row.displacement),
-         row.margin, row.displacement, row.is_right});
-  }
-  return judged;
 }
 
 void write_rows(const std::filesystem::path& path, const std::vector<LabelledFeatures>& rows) {
@@ -349,11 +368,10 @@ std::string source_of(const AcceptanceModel& model, const Arguments& arguments) 
         t.bends[1], t.bends[2]);
   }
   text += fmt::format(
-      "    }}}},\n    .in_set = {{{:.6g}, {:.6g}, {:.6g}, {:.6g}}},\n    .least_probability = "
+      "    }}}},\n    .in_set = {{{:.6g}, {:.6g}, {:.6g}}},\n    .least_probability = "
       "{:.6g},\n"
       "  }};\n  return model;\n}}\n\n}}  // namespace binpick\n// clang-format on\n",
-      model.in_set.bias, model.in_set.log_odds, model.in_set.margin, model.in_set.uncertainty,
-      model.least_probability);
+      model.in_set.bias, model.in_set.log_odds, model.in_set.margin, model.least_probability);
   return text;
 }
 
@@ -394,14 +412,16 @@ int calibrate(int argc, char** argv) {
     }
     model = fit_acceptance(rows, kRidge);
     // Confidence is that of a detection, not of any hypothesis.
-    std::vector<JudgedRow> judged = cross_validate(rows, selected);
-    const Recalibration recalibration = recalibration_of(judged);
+    std::vector<JudgedRow> unseen = cross_validate(rows, selected);
+    const Recalibration recalibration = recalibration_of(unseen);
     recalibration.apply(model);
-    for (JudgedRow& row : judged) row.log_odds = recalibration.a * row.log_odds + recalibration.b;
-    model.in_set = fit_in_set(judged);
-    for (JudgedRow& row : judged) {
-      row.log_odds = model.log_odds_in_set(row.log_odds, row.margin, row.displacement);
+    std::vector<double> log_odds;
+    for (JudgedRow& row : unseen) {
+      row.log_odds = recalibration.a * row.log_odds + recalibration.b;
+      log_odds.push_back(row.log_odds);
     }
+    model.in_set = fit_in_set(unseen);
+    const std::vector<JudgedDetection> judged = judge(model, selected, log_odds);
     model.least_probability = threshold_for(judged, arguments.scenes);
     fmt::print("pass {}: {} hypotheses, {} selected, least probability {:.3f}; cross-validated\n",
                pass + 1, rows.size(), selected.size(), model.least_probability);

@@ -88,7 +88,7 @@ TEST(AcceptanceModel, RecalibrationUndoesAScale) {
   testing::Recalibration{3.0, 1.0}.apply(recalibrated);
   std::vector<testing::JudgedRow> judged;
   for (const LabelledFeatures& row : data) {
-    judged.push_back({recalibrated.log_odds(row.features), 0.0, 0.0, row.is_right});
+    judged.push_back({recalibrated.log_odds(row.features), 0.0, row.is_right});
   }
   testing::recalibration_of(judged).apply(recalibrated);
   // The ridge makes the fit a little too modest for its own rows.
@@ -99,7 +99,7 @@ TEST(AcceptanceModel, RecalibrationUndoesAScale) {
 }
 
 TEST(AcceptanceModel, FitFindsWhatTheSetSaysAboutItsMembers) {
-  const AcceptanceModel::InSet truth{-2.0, 0.8, 1.2, -0.7};
+  const AcceptanceModel::InSet truth{-2.0, 0.8, 1.2};
   AcceptanceModel model;
   model.in_set = truth;
   Random random(5);
@@ -108,16 +108,24 @@ TEST(AcceptanceModel, FitFindsWhatTheSetSaysAboutItsMembers) {
     testing::JudgedRow row;
     row.log_odds = random.uniform(-3.0, 6.0);
     row.margin = random.uniform(0.0, 4.0);
-    row.displacement = random.uniform(0.0, 0.2);
-    row.is_right = random.uniform() <
-                   probability(model.log_odds_in_set(row.log_odds, row.margin, row.displacement));
+    row.is_there = random.uniform() < model.detection_probability(row.log_odds, row.margin, 0.0);
     judged.push_back(row);
   }
   const AcceptanceModel::InSet fitted = testing::fit_in_set(judged);
   EXPECT_NEAR(fitted.log_odds, truth.log_odds, 0.05);
   EXPECT_NEAR(fitted.margin, truth.margin, 0.07);
-  EXPECT_NEAR(fitted.uncertainty, truth.uncertainty, 0.1);
   EXPECT_NEAR(fitted.bias, truth.bias, 0.1);
+}
+
+TEST(AcceptanceModel, WhatMayLieElsewhereIsDoubtful) {
+  EXPECT_EQ(probability_in_place(0.0), 1.0);
+  // The normal distribution within one, two and three standard deviations.
+  EXPECT_NEAR(probability_in_place(kRightPose), 0.6827, 1e-4);
+  EXPECT_NEAR(probability_in_place(kRightPose / 2.0), 0.9545, 1e-4);
+  EXPECT_NEAR(probability_in_place(kRightPose / 3.0), 0.9973, 1e-4);
+  const AcceptanceModel& model = calibrated_acceptance();
+  EXPECT_NEAR(model.detection_probability(5.0, 3.0, kRightPose),
+              0.6827 * model.detection_probability(5.0, 3.0, 0.0), 1e-4);
 }
 
 TEST(AcceptanceModel, NothingIsExtrapolated) {

@@ -175,23 +175,22 @@ Recalibration recalibration_of(const std::vector<JudgedRow>& rows) {
   std::vector<LabelledFeatures> labels(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     columns.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector2d(1.0, rows[i].log_odds);
-    labels[i].is_right = rows[i].is_right;
+    labels[i].is_right = rows[i].is_there;
   }
   const Eigen::VectorXd beta = newton(columns, labels, 1e-3, Eigen::Vector2d(kUnbounded, 0.0));
   return {beta[1], beta[0]};
 }
 
 AcceptanceModel::InSet fit_in_set(const std::vector<JudgedRow>& rows) {
-  Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), 4);
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(rows.size()), 3);
   std::vector<LabelledFeatures> labels(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    columns.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector4d(
-        1.0, rows[i].log_odds, rows[i].margin, -AcceptanceModel::uncertainty(rows[i].displacement));
-    labels[i].is_right = rows[i].is_right;
+    columns.row(static_cast<Eigen::Index>(i)) =
+        Eigen::RowVector3d(1.0, rows[i].log_odds, rows[i].margin);
+    labels[i].is_right = rows[i].is_there;
   }
-  const Eigen::VectorXd beta =
-      newton(columns, labels, 1e-3, Eigen::Vector4d(kUnbounded, 0.0, 0.0, 0.0));
-  return {beta[0], beta[1], beta[2], -beta[3]};
+  const Eigen::VectorXd beta = newton(columns, labels, 1e-3, Eigen::Vector3d(kUnbounded, 0.0, 0.0));
+  return {beta[0], beta[1], beta[2]};
 }
 
 void Recalibration::apply(AcceptanceModel& model) const {

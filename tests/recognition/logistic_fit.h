@@ -12,6 +12,7 @@ struct LabelledFeatures {
   double margin = 0.0;        ///< of a selected one
   double displacement = 0.0;  ///< of a selected one, diameters
   bool is_right = false;
+  bool is_beside = false;  ///< not right, but the object is there, a little beside its place
   double weight = 1.0;
   int scan = 0;  ///< rows of one scan are alike and stay together
 };
@@ -27,9 +28,8 @@ struct LabelledFeatures {
 /// Log odds that a model gave to a row that it had not seen.
 struct JudgedRow {
   double log_odds = 0.0;
-  double margin = 0.0;        ///< in the chosen set
-  double displacement = 0.0;  ///< of its pose, diameters
-  bool is_right = false;
+  double margin = 0.0;    ///< in the chosen set
+  bool is_there = false;  ///< right or beside its place
 };
 
 /// Replaces log odds x by a x + b.
@@ -43,8 +43,7 @@ struct Recalibration {
 /// The a, b under which the rows are most likely (Platt 1999).
 [[nodiscard]] Recalibration recalibration_of(const std::vector<JudgedRow>& rows);
 
-/// The same with the margin in the chosen set and the uncertainty of the pose; neither log odds nor
-/// margin may speak for doubt, nor uncertainty against it.
+/// The same with the margin in the chosen set; neither may speak for doubt.
 [[nodiscard]] AcceptanceModel::InSet fit_in_set(const std::vector<JudgedRow>& rows);
 
 }  // namespace binpick::testing
