@@ -142,6 +142,9 @@ class Run {
 
   void recognize_as_printed();
   void recognize_in_rounds();
+  [[nodiscard]] std::vector<RefinedPose> final_poses(CandidatePool& pool,
+                                                     const std::vector<Candidate>& objects) const;
+  void report_selected(CandidatePool& pool);
   void keep_considered(const CandidatePool& pool, const std::vector<RefinedPose>& refined,
                        const std::vector<double>& displacements);
   [[nodiscard]] std::vector<int> explained_by(const Hypothesis& hypothesis) const;
@@ -337,24 +340,36 @@ void Run::recognize_in_rounds() {
   result_.counters.accepted = pool.accepted();
   result_.counters.verified = static_cast<int>(pool.candidates().size());
   pool.slide_selected();
+  report_selected(pool);
+  add_time("refine", watch.lap());
+}
+
+/// The poses of `objects`, refined and judged anew if that is wanted.
+std::vector<RefinedPose> Run::final_poses(CandidatePool& pool,
+                                          const std::vector<Candidate>& objects) const {
+  std::vector<RefinedPose> poses;
+  if (options_.refine) {
+    poses = refine_jointly(library_.models(), scene_, scene_.sensor(), pool.dilation(), objects,
+                           options_.jobs);
+    pool.judge_refined(poses);
+  } else {
+    for (const Candidate& object : objects) poses.push_back({object.T_camera_model.cast<double>()});
+  }
+  return poses;
+}
+
+void Run::report_selected(CandidatePool& pool) {
   std::vector<Candidate> objects;
   for (const SelectedCandidate& selected : pool.selected()) {
     objects.push_back(pool.candidates()[selected.candidate]);
   }
-  std::vector<RefinedPose> refined;
-  if (options_.refine) {
-    refined =
-        refine_jointly(models, scene_, scene_.sensor(), pool.dilation(), objects, options_.jobs);
-    pool.judge_refined(refined);
-  } else {
-    for (const Candidate& object : objects)
-      refined.push_back({object.T_camera_model.cast<double>()});
-  }
+  const std::vector<RefinedPose> refined = final_poses(pool, objects);
   std::vector<double> displacements(objects.size());  // diameters
   std::vector<int> explained_points(objects.size());
   parallel_for(static_cast<int>(objects.size()), options_.jobs, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    const RecognitionModel& model = models[static_cast<std::size_t>(objects[index].model)];
+    const RecognitionModel& model =
+        library_.models()[static_cast<std::size_t>(objects[index].model)];
     displacements[index] =
         largest_displacement(model, refined[index].T_camera_model, refined[index].covariance) /
         static_cast<double>(model.diameter);
@@ -372,7 +387,6 @@ void Run::recognize_in_rounds() {
   std::stable_sort(
       result_.detections.begin(), result_.detections.end(),
       [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
-  add_time("refine", watch.lap());
 }
 
 void Run::keep_considered(const CandidatePool& pool, const std::vector<RefinedPose>& refined,
