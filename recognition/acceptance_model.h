@@ -74,7 +74,7 @@ struct AcceptanceModel {
   [[nodiscard]] double log_odds(const FeatureVector& features) const;
   /// That a member of the chosen set is right: that the object is there, and that it is not
   /// elsewhere than its pose says. `log_odds` are its own beside the others, `margin` is what the
-  /// best set without it lacks, `displacement` the largest_displacement() of its pose in diameters.
+  /// best set without it lacks, `displacement` that of its most_uncertain_motion() in diameters.
   [[nodiscard]] double detection_probability(double log_odds, double margin,
                                              double displacement) const;
 };
@@ -85,8 +85,8 @@ constexpr double kRightPose = 0.1;
 /// 1 / (1 + exp(-log_odds)).
 [[nodiscard]] double probability(double log_odds);
 
-/// That a pose whose largest_displacement() is that many diameters is right, if the object is
-/// there.
+/// That a pose whose most_uncertain_motion() displaces it that many diameters is right, if the
+/// object is there.
 [[nodiscard]] double probability_in_place(double displacement);
 
 /// The model that tests/recognition/acceptance_calibration_main.cpp made from generated scenes

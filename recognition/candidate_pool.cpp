@@ -7,6 +7,7 @@
 
 #include "recognition/parallel_for.h"
 #include "recognition/pose_refinement.h"
+#include "recognition/pose_uncertainty.h"
 #include "recognition/projective_alignment.h"
 
 namespace binpick {
@@ -18,6 +19,8 @@ constexpr std::size_t kMostRunnersUp = 12;
 // Log odds. Refinement trades silhouettes for surfaces, for one to three where a sensor dilates
 // silhouettes; where it runs away for want of information it costs five and more.
 constexpr double kClearlyLess = 4.0;
+constexpr double kMayBeElsewhere = 0.03;  // least displacement of such a pose, diameters
+constexpr double kWorthMoving = 0.5;      // log odds
 constexpr double kCertain = 0.0;  // displacement of poses whose uncertainty is not yet known
 
 }  // namespace
@@ -262,6 +265,48 @@ void CandidatePool::judge_refined(std::vector<RefinedPose>& refined) {
       selected.log_odds = refined_log_odds;
     }
   });
+}
+
+bool CandidatePool::move_elsewhere(const std::vector<RefinedPose>& refined) {
+  const PixelClaims claims = claims_of_selected();
+  std::vector<char> has_moved(selected_.size(), 0);
+  parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    const auto elsewhere = better_place(selected_[index], refined[index], claims);
+    if (!elsewhere) return;
+    SelectedCandidate& selected = selected_[index];
+    candidates_[selected.candidate].T_camera_model = elsewhere->T_camera_model;
+    selected.evidence = elsewhere->evidence;
+    selected.log_odds = log_odds(elsewhere->evidence);
+    has_moved[index] = 1;
+  });
+  return std::any_of(has_moved.begin(), has_moved.end(), [](char moved) { return moved != 0; });
+}
+
+std::optional<Candidate> CandidatePool::better_place(const SelectedCandidate& selected,
+                                                     const RefinedPose& refined,
+                                                     const PixelClaims& claims) const {
+  constexpr std::array<double, 8> kDistances = {-0.2, -0.15, -0.1, -0.05, 0.05, 0.1, 0.15, 0.2};
+  Candidate candidate = candidates_[selected.candidate];
+  const RecognitionModel& model = model_of(candidate);
+  const auto diameter = static_cast<double>(model.diameter);
+  const UncertainMotion motion =
+      most_uncertain_motion(model, refined.T_camera_model, refined.covariance);
+  if (motion.displacement < kMayBeElsewhere * diameter) return std::nullopt;
+  const AlignmentOptions alignment = {1.5f * tolerances_for(model, scene_.noise()).fine, 512, 6};
+  EvidenceGatherer gatherer(scene_, scene_.sensor());
+  double best = selected.log_odds + kWorthMoving;
+  std::optional<Candidate> elsewhere;
+  for (const double distance : kDistances) {
+    const Eigen::Isometry3d T = motion.move(refined.T_camera_model, distance * diameter);
+    candidate.T_camera_model = align_projectively(scene_, model, T.cast<float>(), alignment);
+    candidate.evidence = gatherer.gather(model, candidate.T_camera_model, &claims,
+                                         static_cast<std::int32_t>(selected.candidate));
+    if (log_odds(candidate.evidence) <= best) continue;
+    best = log_odds(candidate.evidence);
+    elsewhere = candidate;
+  }
+  return elsewhere;
 }
 
 std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& pixels) {

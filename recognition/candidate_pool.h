@@ -49,6 +49,11 @@ class CandidatePool {
   /// these were. A pose that makes its candidate clearly less credible is taken back.
   void judge_refined(std::vector<RefinedPose>& refined);
 
+  /// Looks beside the refined poses of selected candidates along their most uncertain motions,
+  /// where a pose may have settled in one of several places that fit, and moves those to where they
+  /// are more credible: to be refined again. Says whether any has moved.
+  bool move_elsewhere(const std::vector<RefinedPose>& refined);
+
   [[nodiscard]] const std::vector<SelectedCandidate>& selected() const noexcept {
     return selected_;
   }
@@ -57,8 +62,7 @@ class CandidatePool {
   [[nodiscard]] const std::vector<FeatureVector>& decided_features() const noexcept {
     return decided_;
   }
-  /// That a selected candidate is right, if the largest_displacement() of its pose is that many
-  /// diameters.
+  /// That a selected candidate is right, if its most uncertain displacement is that many diameters.
   [[nodiscard]] double detection_probability(const SelectedCandidate& selected,
                                              double displacement) const {
     return acceptance_.detection_probability(selected.log_odds, selected.margin, displacement);
@@ -75,6 +79,11 @@ class CandidatePool {
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
   void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
                            const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
+  /// Where a selected candidate is clearly more credible than in its refined pose, if anywhere
+  /// along its most uncertain motion, with the evidence that others' claims leave it there.
+  [[nodiscard]] std::optional<Candidate> better_place(const SelectedCandidate& selected,
+                                                      const RefinedPose& refined,
+                                                      const PixelClaims& claims) const;
   /// The most credible of the candidates that nothing selected stands for, one of each object.
   [[nodiscard]] std::vector<std::size_t> runners_up() const;
   [[nodiscard]] PixelClaims claims_of_selected() const;

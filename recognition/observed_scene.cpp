@@ -142,6 +142,7 @@ ObservedScene::ObservedScene(const RangeImage& image, const SceneScale& scale, i
   if (sensor_.axial_variance(1.0f) == 0.0f) sensor_.constant = noise_;
   fill_pixels(jobs);
   searched_pixels_ = pixels_;
+  for (const int leaf : object_leaves_) pixel_of_object_leaf_.push_back(pixel_of_leaf(leaf));
   is_open_.assign(on_support_.size(), 0);
   for (const int leaf : object_leaves_) is_open_[static_cast<std::size_t>(leaf)] = 1;
   timings_.normals = watch.lap();
@@ -223,18 +224,33 @@ void ObservedScene::fill_pixels(int jobs) {
   });
 }
 
+/// The pixel that sees a leaf's points, or -1 where it sees what is before or behind them.
+int ObservedScene::pixel_of_leaf(int leaf) const {
+  const Eigen::Vector3f& p = octree_.point(leaf);
+  const int index = projection_.pixel(p);
+  if (index < 0) return -1;
+  return std::abs(pixel(index).depth - p.z()) < 2.0f * octree_.leaf_size() ? index : -1;
+}
+
 void ObservedScene::set_explained(const std::vector<int>& pixels) {
   for (const int index : explained_) {
     const auto i = static_cast<std::size_t>(index);
     searched_pixels_[i] = pixels_[i];
-    const int leaf = leaf_of_pixel_[i];
-    if (leaf >= 0) is_open_[static_cast<std::size_t>(leaf)] = on_support(leaf) ? 0 : 1;
   }
+  for (const int leaf : object_leaves_) is_open_[static_cast<std::size_t>(leaf)] = 1;
   explained_ = pixels;
   for (const int index : explained_) {
     const auto i = static_cast<std::size_t>(index);
     searched_pixels_[i].flags |= ScenePixel::kSupport;
     if (leaf_of_pixel_[i] >= 0) is_open_[static_cast<std::size_t>(leaf_of_pixel_[i])] = 0;
+  }
+  // A third of the leaves of a surface have none of its pixels in them, which are hardly finer.
+  for (std::size_t i = 0; i < object_leaves_.size(); ++i) {
+    if (pixel_of_object_leaf_[i] < 0) continue;
+    const auto pixel = static_cast<std::size_t>(pixel_of_object_leaf_[i]);
+    if (searched_pixels_[pixel].flags != pixels_[pixel].flags) {
+      is_open_[static_cast<std::size_t>(object_leaves_[i])] = 0;
+    }
   }
 }
 

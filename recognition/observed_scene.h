@@ -89,6 +89,7 @@ class ObservedScene {
   void mark_support(int jobs);
   void estimate_normals(int jobs);
   void fill_pixels(int jobs);
+  [[nodiscard]] int pixel_of_leaf(int leaf) const;
 
   Projection projection_;
   Timings timings_;
@@ -98,6 +99,7 @@ class ObservedScene {
   SceneOctree octree_;
   std::vector<SupportPlane> planes_;
   std::vector<int> object_leaves_;
+  std::vector<std::int32_t> pixel_of_object_leaf_;
   std::vector<std::uint8_t> on_support_;
   std::vector<int> explained_;  // pixels
   std::vector<std::uint8_t> is_open_;

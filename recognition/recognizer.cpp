@@ -37,8 +37,8 @@ constexpr int kMostFlatRounds = 4;
 constexpr double kFacingShare = 0.6;
 constexpr int kSpatialClusters = 30;  // looked at per round and model
 constexpr int kFlatClusters = 12;
-constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
-constexpr double kLaterVisibility = 0.25;  // of V: what is still hidden then shows less
+constexpr int kRoundsPerCount = 3;          // a round draws N / 3 pairs
+constexpr double kLaterVisibility = 0.125;  // of V: what is still hidden then shows less
 
 /// Accepts (M, T) or not; the accepted one comes back with its score.
 using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;
@@ -142,8 +142,7 @@ class Run {
 
   void recognize_as_printed();
   void recognize_in_rounds();
-  [[nodiscard]] std::vector<RefinedPose> final_poses(CandidatePool& pool,
-                                                     const std::vector<Candidate>& objects) const;
+  [[nodiscard]] std::vector<RefinedPose> final_poses(CandidatePool& pool) const;
   void report_selected(CandidatePool& pool);
   void keep_considered(const CandidatePool& pool, const std::vector<RefinedPose>& refined,
                        const std::vector<double>& displacements);
@@ -344,26 +343,37 @@ void Run::recognize_in_rounds() {
   add_time("refine", watch.lap());
 }
 
-/// The poses of `objects`, refined and judged anew if that is wanted.
-std::vector<RefinedPose> Run::final_poses(CandidatePool& pool,
-                                          const std::vector<Candidate>& objects) const {
-  std::vector<RefinedPose> poses;
-  if (options_.refine) {
-    poses = refine_jointly(library_.models(), scene_, scene_.sensor(), pool.dilation(), objects,
-                           options_.jobs);
-    pool.judge_refined(poses);
-  } else {
-    for (const Candidate& object : objects) poses.push_back({object.T_camera_model.cast<double>()});
-  }
-  return poses;
-}
-
-void Run::report_selected(CandidatePool& pool) {
+/// What is selected.
+std::vector<Candidate> objects_of(const CandidatePool& pool) {
   std::vector<Candidate> objects;
   for (const SelectedCandidate& selected : pool.selected()) {
     objects.push_back(pool.candidates()[selected.candidate]);
   }
-  const std::vector<RefinedPose> refined = final_poses(pool, objects);
+  return objects;
+}
+
+/// The poses of what is selected, refined and judged anew if that is wanted.
+std::vector<RefinedPose> Run::final_poses(CandidatePool& pool) const {
+  std::vector<RefinedPose> poses;
+  if (!options_.refine) {
+    for (const Candidate& object : objects_of(pool)) {
+      poses.push_back({object.T_camera_model.cast<double>()});
+    }
+    return poses;
+  }
+  const auto refine = [&] {
+    poses = refine_jointly(library_.models(), scene_, scene_.sensor(), pool.dilation(),
+                           objects_of(pool), options_.jobs);
+    pool.judge_refined(poses);
+  };
+  refine();
+  if (pool.move_elsewhere(poses)) refine();
+  return poses;
+}
+
+void Run::report_selected(CandidatePool& pool) {
+  const std::vector<RefinedPose> refined = final_poses(pool);
+  const std::vector<Candidate> objects = objects_of(pool);
   std::vector<double> displacements(objects.size());  // diameters
   std::vector<int> explained_points(objects.size());
   parallel_for(static_cast<int>(objects.size()), options_.jobs, [&](int i) {
@@ -371,7 +381,8 @@ void Run::report_selected(CandidatePool& pool) {
     const RecognitionModel& model =
         library_.models()[static_cast<std::size_t>(objects[index].model)];
     displacements[index] =
-        largest_displacement(model, refined[index].T_camera_model, refined[index].covariance) /
+        most_uncertain_motion(model, refined[index].T_camera_model, refined[index].covariance)
+            .displacement /
         static_cast<double>(model.diameter);
     explained_points[index] =
         static_cast<int>(leaves_of(scene_, pool.selected()[index].pixels).size());

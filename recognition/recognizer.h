@@ -45,7 +45,7 @@ struct ConsideredHypothesis {
   HypothesisEvidence evidence;                                      ///< alone
   FeatureVector features{};  ///< on which the decision fell, beside what was selected before it
   double margin = 0.0;       ///< of a selected one: what the best set without it lacks, log odds
-  /// Of a selected one: largest_displacement() of its pose, diameters.
+  /// Of a selected one: the displacement of its most_uncertain_motion(), diameters.
   double displacement = 0.0;
   bool is_selected = false;
 };

@@ -39,8 +39,8 @@ constexpr double kMostClaimed = 0.35;     // the selection does not ask about mo
 constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
 // Wrong detections per frame at the threshold. Several times the demand on piles of known objects,
 // for three quarters of the calibration's scans are harsh or full of foreign objects, and nearly
-// all wrong detections come from there. On tuning piles, misses and wrong detections together are
-// fewest about here.
+// all wrong detections come from there. Of tuning piles with foreign objects it makes three in 100
+// have one.
 constexpr double kMostFalse = 0.07;
 
 struct Arguments {

@@ -97,5 +97,33 @@ TEST_F(Pool, RefinedPosesDecideAndThoseThatLoseTheObjectAreUndone) {
   EXPECT_LT(pool.selected()[0].log_odds, before);
 }
 
+TEST_F(Pool, WhatMayBeElsewhereIsMovedToWhereItFitsBetter) {
+  Eigen::Isometry3f face_on = Eigen::Isometry3f::Identity();
+  face_on.translation() << 0.0f, 0.0f, 0.8f;
+  observe(face_on);
+  Eigen::Isometry3f shifted = face_on;
+  shifted.translation().x() += 0.02f;
+  AcceptanceModel by_silhouette;
+  by_silhouette.bias = 2.0;
+  by_silhouette.terms[static_cast<std::size_t>(Feature::kEdgesMatched)].slope = 8.0;
+  CandidatePool pool(library_, *scene_, by_silhouette, 0.3, 1);
+  pool.add({{0, shifted, 1.0f}}, 5, false);
+  ASSERT_EQ(pool.select(/*is_last=*/true).size(), 1u);
+  const SelectedCandidate& selected = pool.selected()[0];
+  const Candidate& candidate = pool.candidates()[selected.candidate];
+  std::vector<RefinedPose> refined(1);
+  refined[0].T_camera_model = shifted.cast<double>();
+  EXPECT_FALSE(pool.move_elsewhere(refined)) << "a certain pose";
+  refined[0].covariance(3, 3) = 0.02 * 0.02;  // along x
+  const double before = selected.log_odds;
+  EXPECT_TRUE(pool.move_elsewhere(refined));
+  EXPECT_GT(selected.log_odds, before);
+  EXPECT_LT((candidate.T_camera_model.translation() - face_on.translation()).norm(),
+            2.0f * 0.8f / 290.0f)
+      << "two pixels";
+  refined[0].T_camera_model = candidate.T_camera_model.cast<double>();
+  EXPECT_FALSE(pool.move_elsewhere(refined)) << "there is no better place";
+}
+
 }  // namespace
 }  // namespace binpick

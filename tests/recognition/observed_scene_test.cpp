@@ -16,10 +16,14 @@ namespace {
 /// A box in front of nothing.
 class BoxScene : public ::testing::Test {
  protected:
-  BoxScene() : scene_(scan(), {0.004, 1e9}, 1, 1) {
-    for (int i = 0; i < static_cast<int>(scene_.pixels().size()); ++i) {
-      if (scene_.pixel(i).depth > 0.0f) box_.push_back(i);
+  BoxScene() : scene_(scan(1), {0.004, 1e9}, 1, 1), box_(measured_pixels(scene_)) {}
+
+  [[nodiscard]] static std::vector<int> measured_pixels(const ObservedScene& scene) {
+    std::vector<int> pixels;
+    for (int i = 0; i < static_cast<int>(scene.pixels().size()); ++i) {
+      if (scene.pixel(i).depth > 0.0f) pixels.push_back(i);
     }
+    return pixels;
   }
 
   [[nodiscard]] static Eigen::Isometry3f pose() {
@@ -29,17 +33,22 @@ class BoxScene : public ::testing::Test {
         Eigen::AngleAxisf(0.7f, Eigen::Vector3f(1.0f, 0.6f, 0.0f).normalized()).toRotationMatrix();
     return T;
   }
-  [[nodiscard]] RangeImage scan() const {
+  /// With `fineness` times 320 x 240 pixels.
+  [[nodiscard]] RangeImage scan(int fineness) const {
     RangeImage image;
-    image.intrinsics = {320, 240, 290.0, 290.0, 159.5, 119.5};
-    image.depth.assign(320u * 240u, 0.0f);
+    const int width = 320 * fineness;
+    const int height = 240 * fineness;
+    image.intrinsics = {
+        width, height, 290.0 * fineness, 290.0 * fineness, 0.5 * (width - 1), 0.5 * (height - 1)};
+    image.depth.assign(static_cast<std::size_t>(width * height), 0.0f);
     DepthRasterizer rasterizer;
     const RenderedModel& r =
         rasterizer.render(model_.render_mesh, pose(), projection_of(image.intrinsics));
     for (int v = 0; v < r.height; ++v) {
       for (int u = 0; u < r.width; ++u) {
         if (!r.covers(u, v)) continue;
-        image.depth[static_cast<std::size_t>((r.v0 + v) * 320 + r.u0 + u)] = r.depth[r.index(u, v)];
+        image.depth[static_cast<std::size_t>((r.v0 + v) * width + r.u0 + u)] =
+            r.depth[r.index(u, v)];
       }
     }
     return image;
@@ -47,9 +56,9 @@ class BoxScene : public ::testing::Test {
   [[nodiscard]] FacingCounts count(const Eigen::Isometry3f& T) const {
     return count_facing(scene_, model_, T, 0.002f, 0, model_.test_points.size());
   }
-  [[nodiscard]] int open_leaves() const {
+  [[nodiscard]] static int open_leaves(const ObservedScene& scene) {
     int count = 0;
-    for (const int leaf : scene_.object_leaves()) count += scene_.is_open(leaf) ? 1 : 0;
+    for (const int leaf : scene.object_leaves()) count += scene.is_open(leaf) ? 1 : 0;
     return count;
   }
 
@@ -64,7 +73,7 @@ TEST_F(BoxScene, WhatIsExplainedIsSearchedNoMore) {
   in_front.translation().z() -= 0.05f;
   const FacingCounts before = count(pose());
   const int hidden_before = count(in_front).occluding;
-  const int open_before = open_leaves();
+  const int open_before = open_leaves(scene_);
   ASSERT_GT(before.matched, before.facing / 2);
   ASSERT_GT(hidden_before, 0);
   ASSERT_EQ(open_before, static_cast<int>(scene_.object_leaves().size()));
@@ -72,13 +81,21 @@ TEST_F(BoxScene, WhatIsExplainedIsSearchedNoMore) {
   scene_.set_explained(box_);
   EXPECT_EQ(count(pose()).matched, 0);
   EXPECT_EQ(normal_equations(scene_, model_, pose(), 0.002f, 256).pairs, 0);
-  EXPECT_EQ(open_leaves(), 0);
+  EXPECT_EQ(open_leaves(scene_), 0);
   EXPECT_EQ(count(in_front).occluding, hidden_before);  // it is still there
   EXPECT_EQ(scene_.pixel(box_.front()).flags & ScenePixel::kSupport, 0);
 
   scene_.set_explained({});
   EXPECT_EQ(count(pose()).matched, before.matched);
-  EXPECT_EQ(open_leaves(), open_before);
+  EXPECT_EQ(open_leaves(scene_), open_before);
+}
+
+TEST_F(BoxScene, LeavesBetweenThePixelsAreExplainedWithThem) {
+  // Working pixels of three by three, of which there is none in many a leaf.
+  ObservedScene fine(scan(3), {0.004, 1e9}, 1, 1);
+  ASSERT_EQ(fine.projection().width, 320);
+  fine.set_explained(measured_pixels(fine));
+  EXPECT_LT(open_leaves(fine), static_cast<int>(fine.object_leaves().size()) / 50);
 }
 
 TEST_F(BoxScene, WhatIsExplainedReplacesWhatWas) {

@@ -41,20 +41,24 @@ Matrix6d covariance_of(const Eigen::Isometry3d& T, const Eigen::Vector3d& turns,
 
 TEST(PoseUncertainty, GrowsWithTheLeverOfTheFarthestPoint) {
   const Eigen::Isometry3d T = somewhere();
-  EXPECT_NEAR(largest_displacement(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0}, 4e-6)), 0.002,
-              1e-9);
+  EXPECT_NEAR(
+      most_uncertain_motion(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0}, 4e-6)).displacement,
+      0.002, 1e-9);
   // 0.05 rad about z at 0.2 m.
-  EXPECT_NEAR(largest_displacement(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0025}, 0.0)), 0.01,
-              1e-9);
-  EXPECT_NEAR(largest_displacement(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0025}, 4e-6)),
-              std::hypot(0.01, 0.002), 1e-9);
+  EXPECT_NEAR(
+      most_uncertain_motion(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0025}, 0.0)).displacement,
+      0.01, 1e-9);
+  EXPECT_NEAR(
+      most_uncertain_motion(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0025}, 4e-6)).displacement,
+      std::hypot(0.01, 0.002), 1e-9);
 }
 
 TEST(PoseUncertainty, TurnsOfABodyOfRevolutionDoNotCount) {
   const Eigen::Isometry3d T = somewhere();
   const Matrix6d turned = covariance_of(T, {0.04, 0.0, 0.0}, 1e-6);
-  EXPECT_NEAR(largest_displacement(rod(false), T, turned), std::hypot(0.2 * 0.02, 0.001), 1e-9);
-  EXPECT_NEAR(largest_displacement(rod(true), T, turned), 0.001, 1e-9);
+  EXPECT_NEAR(most_uncertain_motion(rod(false), T, turned).displacement,
+              std::hypot(0.2 * 0.02, 0.001), 1e-9);
+  EXPECT_NEAR(most_uncertain_motion(rod(true), T, turned).displacement, 0.001, 1e-9);
 }
 
 TEST(PoseUncertainty, ATurnThatComesWithAShiftTakesItAlong) {
@@ -62,7 +66,22 @@ TEST(PoseUncertainty, ATurnThatComesWithAShiftTakesItAlong) {
   const Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   Eigen::Matrix<double, 6, 1> roll;
   roll << 0.1, 0.0, 0.0, 0.0, 0.002, 0.0;
-  EXPECT_NEAR(largest_displacement(rod(true), T, roll * roll.transpose()), 0.0, 1e-9);
+  EXPECT_NEAR(most_uncertain_motion(rod(true), T, roll * roll.transpose()).displacement, 0.0, 1e-9);
+}
+
+TEST(PoseUncertainty, MovesThePointThatIsLeastCertainAsFarAsAsked) {
+  const Eigen::Isometry3d T = somewhere();
+  const UncertainMotion motion =
+      most_uncertain_motion(rod(false), T, covariance_of(T, {0.0, 0.0, 0.0025}, 0.0));
+  const Eigen::Vector3d end(0.2, 0.0, 0.0);
+  for (const double distance : {0.002, -0.004}) {
+    const Eigen::Isometry3d moved = motion.move(T, distance);
+    EXPECT_NEAR((moved * end - T * end).norm(), std::abs(distance), 1e-6);
+    EXPECT_TRUE((moved * Eigen::Vector3d::Zero()).isApprox(T * Eigen::Vector3d::Zero()));
+  }
+  // There and back again.
+  const Eigen::Isometry3d there = motion.move(T, 0.01);
+  EXPECT_TRUE(motion.move(there, -0.01).isApprox(T, 1e-12));
 }
 
 }  // namespace
