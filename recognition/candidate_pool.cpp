@@ -21,6 +21,9 @@ constexpr std::size_t kMostRunnersUp = 12;
 constexpr double kClearlyLess = 4.0;
 constexpr double kMayBeElsewhere = 0.03;  // least displacement of such a pose, diameters
 constexpr double kWorthMoving = 0.5;      // log odds
+// Probability below which no pose is worth refining. Less than what is reported: a hidden object's
+// refined pose can be all but certain where its unrefined one is doubtful.
+constexpr double kWorthRefining = 0.2;
 constexpr double kCertain = 0.0;  // displacement of poses whose uncertainty is not yet known
 
 }  // namespace
@@ -53,6 +56,11 @@ double CandidatePool::log_odds(const HypothesisEvidence& evidence) const {
 
 bool CandidatePool::is_doubtful(const SelectedCandidate& selected, double displacement) const {
   return detection_probability(selected, displacement) < acceptance_.least_probability;
+}
+
+bool CandidatePool::is_hopeless(const SelectedCandidate& selected) const {
+  return detection_probability(selected, kCertain) <
+         std::min(kWorthRefining, acceptance_.least_probability);
 }
 
 void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {
@@ -102,7 +110,7 @@ const std::vector<SelectedCandidate>& CandidatePool::select(bool is_last) {
                                std::move(judgements_), jobs_);
   selected_ = is_last ? selection.select_best() : selection.select_clear();
   if (is_last) {
-    std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_doubtful(s, kCertain); });
+    std::erase_if(selected_, [&](const SelectedCandidate& s) { return is_hopeless(s); });
   }
   decided_ = selection.decided_features();
   dilation_ = selection.dilation();
@@ -237,7 +245,7 @@ void CandidatePool::slide_selected() {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
       if (owner == claimant) owner = -1;
     }
-    if (is_doubtful(selected, kCertain) || is_mostly_claimed(selected.evidence)) continue;
+    if (is_hopeless(selected) || is_mostly_claimed(selected.evidence)) continue;
     selected.pixels = std::move(stand.pixels);
     for (const int pixel : selected.pixels) claims[static_cast<std::size_t>(pixel)] = claimant;
     standing.push_back(std::move(selected));

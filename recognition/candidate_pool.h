@@ -77,6 +77,8 @@ class CandidatePool {
  private:
   void verify(const std::vector<Hypothesis>& hypotheses, bool slide);
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
+  /// Whether a selected candidate is not even worth refining.
+  [[nodiscard]] bool is_hopeless(const SelectedCandidate& selected) const;
   void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
                            const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
   /// Where a selected candidate is clearly more credible than in its refined pose, if anywhere

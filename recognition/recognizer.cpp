@@ -37,8 +37,8 @@ constexpr int kMostFlatRounds = 4;
 constexpr double kFacingShare = 0.6;
 constexpr int kSpatialClusters = 30;  // looked at per round and model
 constexpr int kFlatClusters = 12;
-constexpr int kRoundsPerCount = 3;          // a round draws N / 3 pairs
-constexpr double kLaterVisibility = 0.125;  // of V: what is still hidden then shows less
+constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
+constexpr double kLaterVisibility = 0.25;  // of V: what is still hidden then shows less
 
 /// Accepts (M, T) or not; the accepted one comes back with its score.
 using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;

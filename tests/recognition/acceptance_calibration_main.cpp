@@ -41,7 +41,7 @@ constexpr double kCandidateWeight = 0.1;  // beside a detection's 1
 // for three quarters of the calibration's scans are harsh or full of foreign objects, and nearly
 // all wrong detections come from there. Of tuning piles with foreign objects it makes three in 100
 // have one.
-constexpr double kMostFalse = 0.07;
+constexpr double kMostFalse = 0.05;
 
 struct Arguments {
   int scenes = 300;
