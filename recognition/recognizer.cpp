@@ -37,8 +37,8 @@ constexpr int kMostFlatRounds = 4;
 constexpr double kFacingShare = 0.6;
 constexpr int kSpatialClusters = 30;  // looked at per round and model
 constexpr int kFlatClusters = 12;
-constexpr int kRoundsPerCount = 3;         // a round draws N / 3 pairs
-constexpr double kLaterVisibility = 0.25;  // of V: what is still hidden then shows less
+constexpr int kLeastRounds = 3;
+constexpr double kLaterVisibility = 0.15;  // of V: what is still hidden then shows less
 
 /// Accepts (M, T) or not; the accepted one comes back with its score.
 using Mu = std::function<std::optional<Hypothesis>(int model, const Eigen::Isometry3f& T)>;
@@ -100,16 +100,16 @@ class Run {
     }
   }
 
-  /// Line 3 of Algorithm 1. The least instance to be found shows a share `visibility` of the
-  /// smallest surface.
-  [[nodiscard]] int compute_iterations(double visibility) const {
+  /// Line 3 of Algorithm 1, for pairs from `sampled` leaves. The least instance to be found shows a
+  /// share `visibility` of the smallest surface.
+  [[nodiscard]] int compute_iterations(std::size_t sampled, double visibility) const {
     const double leaf_area = std::pow(static_cast<double>(scene_.octree().leaf_size()), 2);
     double smallest = library_.models().front().area;
     for (const RecognitionModel& model : library_.models()) {
       smallest = std::min(smallest, static_cast<double>(model.area));
     }
     SamplingOdds odds;
-    odds.scene_points = static_cast<double>(scene_.object_leaves().size());
+    odds.scene_points = static_cast<double>(sampled);
     odds.instance_points = std::max(visibility * smallest / leaf_area, 1.0);
     odds.kept_fraction = std::max(library_.pairs().kept_fraction(), 1e-3);
     odds.same_object_share = options_.same_object_share;
@@ -233,7 +233,8 @@ void Run::recognize_as_printed() {
   Stopwatch watch;
   // 1) initialization (lines 1-2): scene_ holds the octree and S*
   // 2) number of iterations
-  const int N = compute_iterations(options_.visibility);  // line 3
+  const std::vector<int>& sampled = scene_.object_leaves();
+  const int N = compute_iterations(sampled.size(), options_.visibility);  // line 3
   std::vector<ModelTolerances> tolerances;
   for (const RecognitionModel& model : library_.models()) {
     tolerances.push_back(tolerances_for(model, scene_.noise()));
@@ -246,7 +247,7 @@ void Run::recognize_as_printed() {
     return Hypothesis{M, T, static_cast<float>(terms.visibility)};
   };
   const std::vector<Hypothesis> solutions =
-      generate_and_test(scene_.object_leaves(), N, derive_seed(seed_, "pairs"), mu, PairKind::kAny);
+      generate_and_test(sampled, N, derive_seed(seed_, "pairs"), mu, PairKind::kAny);
   result_.counters.accepted = static_cast<int>(solutions.size());
   add_time("generate_and_test", watch.lap());
 
@@ -278,15 +279,15 @@ void Run::recognize_as_printed() {
 
 /// Algorithm 1 in rounds: the hypotheses of a round are clustered, aligned and verified by
 /// rendering before conflicts are removed, and the next one searches what the detections so far
-/// leave unexplained: on the small rest of a pile, few pairs hit what the first round missed.
+/// leave unexplained, with the N of eq. (11) that so small a rest asks for.
 void Run::recognize_in_rounds() {
   Stopwatch watch;
   const auto& models = library_.models();
-  const auto V = static_cast<float>(kFacingShare * options_.visibility);
+  const auto facing = static_cast<float>(kFacingShare * options_.visibility);
   std::vector<FacingThresholds> thresholds;
   thresholds.reserve(models.size());
   for (const RecognitionModel& model : models) {
-    thresholds.push_back({tolerances_for(model, scene_.noise()).coarse, V, 0.2f});
+    thresholds.push_back({tolerances_for(model, scene_.noise()).coarse, facing, 0.2f});
   }
   const Mu mu = [&](int M, const Eigen::Isometry3f& T) -> std::optional<Hypothesis> {
     const auto index = static_cast<std::size_t>(M);
@@ -296,15 +297,9 @@ void Run::recognize_in_rounds() {
     if (!counts) return std::nullopt;
     return Hypothesis{M, T, counts->score()};
   };
-  const auto pairs_per_round = [&](double visibility) {
-    return (compute_iterations(visibility) + kRoundsPerCount - 1) / kRoundsPerCount;
-  };
-  const int first_pairs = pairs_per_round(options_.visibility);
-  const int later_pairs = pairs_per_round(kLaterVisibility * options_.visibility);
   const AcceptanceModel& acceptance =
       options_.acceptance != nullptr ? *options_.acceptance : calibrated_acceptance();
-  CandidatePool pool(library_, scene_, acceptance, kFacingShare * options_.visibility,
-                     options_.jobs);
+  CandidatePool pool(library_, scene_, acceptance, facing, options_.jobs);
   std::vector<int> sampled = sampled_leaves();
   const auto sample_round = [&](int round, int count, PairKind kind, int most_clusters) {
     const Seed seed = derive_seed(derive_seed(seed_, "pairs"), static_cast<std::uint64_t>(round));
@@ -323,9 +318,10 @@ void Run::recognize_in_rounds() {
   };
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
     const std::size_t before = pool.selected().size();
-    sample_round(round, round == 0 ? first_pairs : later_pairs, PairKind::kSpatial,
-                 kSpatialClusters);
-    if (round + 1 >= kRoundsPerCount && pool.selected().size() == before) break;
+    const double V = (round == 0 ? 1.0 : kLaterVisibility) * options_.visibility;
+    const int N = compute_iterations(sampled.size(), V);
+    sample_round(round, N, PairKind::kSpatial, kSpatialClusters);
+    if (round + 1 >= kLeastRounds && pool.selected().size() == before) break;
   }
   // What shows a single flat face has no pairs but flat ones. Larger faces come first.
   for (int round = 0; round < kMostFlatRounds && !sampled.empty(); ++round) {
