@@ -275,7 +275,7 @@ void CandidatePool::judge_refined(std::vector<RefinedPose>& refined) {
   });
 }
 
-bool CandidatePool::move_elsewhere(const std::vector<RefinedPose>& refined) {
+std::vector<int> CandidatePool::move_elsewhere(const std::vector<RefinedPose>& refined) {
   const PixelClaims claims = claims_of_selected();
   std::vector<char> has_moved(selected_.size(), 0);
   parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
@@ -288,7 +288,11 @@ bool CandidatePool::move_elsewhere(const std::vector<RefinedPose>& refined) {
     selected.log_odds = log_odds(elsewhere->evidence);
     has_moved[index] = 1;
   });
-  return std::any_of(has_moved.begin(), has_moved.end(), [](char moved) { return moved != 0; });
+  std::vector<int> moved;
+  for (std::size_t i = 0; i < has_moved.size(); ++i) {
+    if (has_moved[i] != 0) moved.push_back(static_cast<int>(i));
+  }
+  return moved;
 }
 
 std::optional<Candidate> CandidatePool::better_place(const SelectedCandidate& selected,

@@ -51,8 +51,8 @@ class CandidatePool {
 
   /// Looks beside the refined poses of selected candidates along their most uncertain motions,
   /// where a pose may have settled in one of several places that fit, and moves those to where they
-  /// are more credible: to be refined again. Says whether any has moved.
-  bool move_elsewhere(const std::vector<RefinedPose>& refined);
+  /// are more credible: to be refined again. Says which of selected() have moved.
+  std::vector<int> move_elsewhere(const std::vector<RefinedPose>& refined);
 
   [[nodiscard]] const std::vector<SelectedCandidate>& selected() const noexcept {
     return selected_;

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 
 #include "recognition/parallel_for.h"
 #include "recognition/point_to_plane.h"
@@ -184,41 +184,56 @@ std::vector<RefinedPose> refine_jointly(std::span<const RecognitionModel> models
                                         const ObservedScene& scene, const SensorEstimate& sensor,
                                         double dilation, std::span<const Candidate> selected,
                                         int jobs, const RefinementOptions& options) {
-  std::vector<RefinedPose> poses;
+  std::vector<RefinedPose> poses(selected.size());
+  std::vector<int> all(selected.size());
+  std::iota(all.begin(), all.end(), 0);
+  refine_moved(models, scene, sensor, dilation, selected, all, poses, jobs, options);
+  return poses;
+}
+
+void refine_moved(std::span<const RecognitionModel> models, const ObservedScene& scene,
+                  const SensorEstimate& sensor, double dilation,
+                  std::span<const Candidate> selected, std::span<const int> moved,
+                  std::vector<RefinedPose>& poses, int jobs, const RefinementOptions& options) {
   std::vector<ObjectEquations> objects;
   std::vector<int> costs;
   objects.reserve(selected.size());
   for (const Candidate& candidate : selected) {
-    poses.push_back({candidate.T_camera_model.cast<double>(), Matrix6d::Zero()});
-    objects.emplace_back(scene, sensor, dilation, models[static_cast<std::size_t>(candidate.model)],
-                         options);
-    costs.push_back(
-        evidence_cost(models[static_cast<std::size_t>(candidate.model)], candidate.evidence));
+    const RecognitionModel& model = models[static_cast<std::size_t>(candidate.model)];
+    objects.emplace_back(scene, sensor, dilation, model, options);
+    costs.push_back(evidence_cost(model, candidate.evidence));
   }
-  const auto for_each_object = [&](const auto& work) {
-    parallel_for_longest_first(costs, jobs, [&](int i) {
+  std::vector<int> costs_of_moved;
+  for (const int i : moved) {
+    const auto index = static_cast<std::size_t>(i);
+    poses[index].T_camera_model = selected[index].T_camera_model.cast<double>();
+    costs_of_moved.push_back(costs[index]);
+  }
+  const auto for_each_moved = [&](const auto& work) {
+    parallel_for_longest_first(costs_of_moved, jobs, [&](int k) {
+      const int i = moved[static_cast<std::size_t>(k)];
       const auto index = static_cast<std::size_t>(i);
       work(i, objects[index], poses[index]);
     });
   };
-  for_each_object([](int, ObjectEquations& object, const RefinedPose& pose) {
-    object.render(pose.T_camera_model);
+  parallel_for_longest_first(costs, jobs, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    objects[index].render(poses[index].T_camera_model);
   });
   PixelClaims claims(scene.pixels().size());
   for (int pairing = 0; pairing < kPairings; ++pairing) {
     assign_pixels(objects, claims);
-    for_each_object([&](int i, ObjectEquations& object, RefinedPose& pose) {
+    for_each_moved([&](int i, ObjectEquations& object, RefinedPose& pose) {
       object.observe(pose.T_camera_model, claims, i);
       object.move(pose.T_camera_model);
       object.render(pose.T_camera_model);
     });
   }
   assign_pixels(objects, claims);
-  for_each_object([&](int i, ObjectEquations& object, RefinedPose& pose) {
+  for_each_moved([&](int i, ObjectEquations& object, RefinedPose& pose) {
     object.observe(pose.T_camera_model, claims, i);
     pose.covariance = object.covariance(pose.T_camera_model);
   });
-  return poses;
 }
 
 }  // namespace binpick

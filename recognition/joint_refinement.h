@@ -47,4 +47,11 @@ struct RefinementOptions {
                                                       std::span<const Candidate> selected, int jobs,
                                                       const RefinementOptions& options = {});
 
+/// As refine_jointly, from where `selected` are, of those with an index in `moved` alone: the
+/// others stay at their `poses`, on what they explain there.
+void refine_moved(std::span<const RecognitionModel> models, const ObservedScene& scene,
+                  const SensorEstimate& sensor, double dilation,
+                  std::span<const Candidate> selected, std::span<const int> moved,
+                  std::vector<RefinedPose>& poses, int jobs, const RefinementOptions& options = {});
+
 }  // namespace binpick

@@ -348,7 +348,8 @@ std::vector<Candidate> objects_of(const CandidatePool& pool) {
   return objects;
 }
 
-/// The poses of what is selected, refined and judged anew if that is wanted.
+/// The poses of what is selected, refined and judged anew if that is wanted; those that then fit
+/// better elsewhere, once more from there.
 std::vector<RefinedPose> Run::final_poses(CandidatePool& pool) const {
   std::vector<RefinedPose> poses;
   if (!options_.refine) {
@@ -357,13 +358,14 @@ std::vector<RefinedPose> Run::final_poses(CandidatePool& pool) const {
     }
     return poses;
   }
-  const auto refine = [&] {
-    poses = refine_jointly(library_.models(), scene_, scene_.sensor(), pool.dilation(),
-                           objects_of(pool), options_.jobs);
-    pool.judge_refined(poses);
-  };
-  refine();
-  if (pool.move_elsewhere(poses)) refine();
+  poses = refine_jointly(library_.models(), scene_, scene_.sensor(), pool.dilation(),
+                         objects_of(pool), options_.jobs);
+  pool.judge_refined(poses);
+  const std::vector<int> moved = pool.move_elsewhere(poses);
+  if (moved.empty()) return poses;
+  refine_moved(library_.models(), scene_, scene_.sensor(), pool.dilation(), objects_of(pool), moved,
+               poses, options_.jobs);
+  pool.judge_refined(poses);
   return poses;
 }
 

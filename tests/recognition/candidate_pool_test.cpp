@@ -113,16 +113,16 @@ TEST_F(Pool, WhatMayBeElsewhereIsMovedToWhereItFitsBetter) {
   const Candidate& candidate = pool.candidates()[selected.candidate];
   std::vector<RefinedPose> refined(1);
   refined[0].T_camera_model = shifted.cast<double>();
-  EXPECT_FALSE(pool.move_elsewhere(refined)) << "a certain pose";
+  EXPECT_TRUE(pool.move_elsewhere(refined).empty()) << "a certain pose";
   refined[0].covariance(3, 3) = 0.02 * 0.02;  // along x
   const double before = selected.log_odds;
-  EXPECT_TRUE(pool.move_elsewhere(refined));
+  EXPECT_EQ(pool.move_elsewhere(refined), std::vector<int>{0});
   EXPECT_GT(selected.log_odds, before);
   EXPECT_LT((candidate.T_camera_model.translation() - face_on.translation()).norm(),
             2.0f * 0.8f / 290.0f)
       << "two pixels";
   refined[0].T_camera_model = candidate.T_camera_model.cast<double>();
-  EXPECT_FALSE(pool.move_elsewhere(refined)) << "there is no better place";
+  EXPECT_TRUE(pool.move_elsewhere(refined).empty()) << "there is no better place";
 }
 
 }  // namespace

@@ -82,6 +82,22 @@ TEST(JointRefinement, TwoTouchingBoxesConvergeOnCleanData) {
   }
 }
 
+TEST(JointRefinement, WhatHasNotMovedStaysWhileTheOtherIsRefined) {
+  const Eigen::Isometry3f left = at(-0.07f, 0.8f, 0.8f);
+  const Eigen::Isometry3f right = at(0.06f, 0.85f, 0.9f);
+  const RangeImage image = picture_of({{&boxes()[0], left}, {&boxes()[0], right}});
+  const ObservedScene scene(image, {0.004, 1e9}, 1, 1);
+  const std::vector<Candidate> start = {{0, disturbed(left, 0.002f, 0.02f), {}},
+                                        {0, disturbed(right, -0.002f, -0.02f), {}}};
+  std::vector<RefinedPose> poses(2);
+  poses[0].T_camera_model = left.cast<double>();
+  refine_moved(boxes(), scene, scene.sensor(), 0.0, start, std::vector<int>{1}, poses, 1);
+  EXPECT_EQ(poses[0].T_camera_model.matrix(), left.cast<double>().matrix());
+  EXPECT_TRUE(poses[0].covariance.isZero());
+  EXPECT_LT(add(poses[1].T_camera_model, right.cast<double>(), boxes()[0].hull, {}), 0.0007);
+  EXPECT_GT(poses[1].covariance(3, 3), 0.0);
+}
+
 TEST(JointRefinement, ASingleFaceIsUncertainAlongItself) {
   const Eigen::Isometry3f facing = at(0.0f, 0.8f, 0.0f);
   // Nothing measured round the face: no step of depth fixes the position in its plane.
