@@ -66,40 +66,41 @@ bool CandidatePool::is_hopeless(const SelectedCandidate& selected) const {
 void CandidatePool::verify(const std::vector<Hypothesis>& hypotheses, bool slide) {
   const std::size_t first = candidates_.size();
   candidates_.resize(first + hypotheses.size());
-  parallel_chunks(static_cast<int>(hypotheses.size()), 4, jobs_, [&](int, int begin, int end) {
-    EvidenceGatherer gatherer(scene_, scene_.sensor());
-    for (int i = begin; i < end; ++i) {
-      const Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
-      const RecognitionModel& model = library_.models()[static_cast<std::size_t>(hypothesis.model)];
-      Candidate& candidate = candidates_[first + static_cast<std::size_t>(i)];
-      candidate.model = hypothesis.model;
-      candidate.T_camera_model = hypothesis.T_camera_model;
-      candidate.evidence = gatherer.gather(model, candidate.T_camera_model);
-      if (slide && log_odds(candidate.evidence) > kHopelessLogOdds) {
-        slide_to_silhouette(gatherer, candidate);
-      }
-    }
+  parallel_for(static_cast<int>(hypotheses.size()), jobs_, [&](int i) {
+    const Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
+    Candidate& candidate = candidates_[first + static_cast<std::size_t>(i)];
+    candidate.model = hypothesis.model;
+    candidate.T_camera_model = hypothesis.T_camera_model;
+    candidate.evidence = EvidenceGatherer(scene_, scene_.sensor())
+                             .gather(model_of(candidate), candidate.T_camera_model);
+    if (slide && log_odds(candidate.evidence) > kHopelessLogOdds) slide_to_silhouette(candidate);
   });
 }
 
-void CandidatePool::slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
-                                        const PixelClaims* claims, std::int32_t claimant) const {
+void CandidatePool::slide_to_silhouette(Candidate& candidate, const PixelClaims* claims,
+                                        std::int32_t claimant) const {
   constexpr std::array<float, 4> kSteps = {0.04f, 0.02f, 0.01f, 0.005f};  // of the diameter
   const RecognitionModel& model = model_of(candidate);
   const OpenDirections open = open_directions(scene_, model, candidate.T_camera_model,
                                               1.5f * tolerances_for(model, scene_.noise()).fine);
+  std::array<EvidenceGatherer, 2> gatherers = {EvidenceGatherer(scene_, scene_.sensor()),
+                                               EvidenceGatherer(scene_, scene_.sensor())};
   double best = log_odds(candidate.evidence);
   for (const float step : kSteps) {
     for (int i = 0; i < open.count; ++i) {
-      for (const float sign : {-1.0f, 1.0f}) {
-        const Eigen::Isometry3f T = move_along(model, candidate.T_camera_model, open.motions.col(i),
-                                               sign * step * model.diameter);
-        const HypothesisEvidence evidence = gatherer.gather(model, T, claims, claimant);
-        const double moved = log_odds(evidence);
-        if (moved <= best) continue;
-        best = moved;
-        candidate.evidence = evidence;
-        candidate.T_camera_model = T;
+      // Both ways at once: the last to slide have a second thread for it.
+      std::array<Candidate, 2> moved = {candidate, candidate};
+      parallel_for(2, jobs_, [&](int way) {
+        const auto index = static_cast<std::size_t>(way);
+        const float distance = (way == 0 ? -step : step) * model.diameter;
+        Eigen::Isometry3f& T = moved[index].T_camera_model;
+        T = move_along(model, T, open.motions.col(i), distance);
+        moved[index].evidence = gatherers[index].gather(model, T, claims, claimant);
+      });
+      for (const Candidate& place : moved) {
+        if (log_odds(place.evidence) <= best) continue;
+        best = log_odds(place.evidence);
+        candidate = place;
       }
     }
   }
@@ -164,7 +165,7 @@ void CandidatePool::slide_runners_up() {
     const std::size_t index = chosen[static_cast<std::size_t>(i)];
     Candidate candidate = beside_claims(gatherer, index, claims);
     if (is_mostly_claimed(candidate.evidence)) return;
-    slide_to_silhouette(gatherer, candidate, &claims, static_cast<std::int32_t>(index));
+    slide_to_silhouette(candidate, &claims, static_cast<std::int32_t>(index));
     if (candidate.T_camera_model.isApprox(candidates_[index].T_camera_model)) return;
     candidate.evidence = gatherer.gather(model_of(candidate), candidate.T_camera_model);
     moved[static_cast<std::size_t>(i)] = candidate;
@@ -220,7 +221,7 @@ void CandidatePool::slide_selected() {
     const std::size_t index = selected_[static_cast<std::size_t>(i)].candidate;
     Candidate& candidate = moved[static_cast<std::size_t>(i)];
     candidate = beside_claims(gatherer, index, claims);
-    slide_to_silhouette(gatherer, candidate, &claims, static_cast<std::int32_t>(index));
+    slide_to_silhouette(candidate, &claims, static_cast<std::int32_t>(index));
   });
   // One after the other, as two may have moved towards each other.
   std::vector<SelectedCandidate> standing;
@@ -276,49 +277,55 @@ void CandidatePool::judge_refined(std::vector<RefinedPose>& refined) {
 }
 
 std::vector<int> CandidatePool::move_elsewhere(const std::vector<RefinedPose>& refined) {
+  std::vector<Candidate> places;
+  std::vector<std::size_t> whose;
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    for (Candidate& place : places_beside(selected_[i], refined[i])) {
+      places.push_back(std::move(place));
+      whose.push_back(i);
+    }
+  }
   const PixelClaims claims = claims_of_selected();
-  std::vector<char> has_moved(selected_.size(), 0);
-  parallel_for_longest_first(costs_of_selected(), jobs_, [&](int i) {
+  parallel_for(static_cast<int>(places.size()), jobs_, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    const auto elsewhere = better_place(selected_[index], refined[index], claims);
-    if (!elsewhere) return;
-    SelectedCandidate& selected = selected_[index];
-    candidates_[selected.candidate].T_camera_model = elsewhere->T_camera_model;
-    selected.evidence = elsewhere->evidence;
-    selected.log_odds = log_odds(elsewhere->evidence);
-    has_moved[index] = 1;
+    Candidate& place = places[index];
+    const RecognitionModel& model = model_of(place);
+    const AlignmentOptions alignment = {1.5f * tolerances_for(model, scene_.noise()).fine, 512, 6};
+    place.T_camera_model = align_projectively(scene_, model, place.T_camera_model, alignment);
+    place.evidence = EvidenceGatherer(scene_, scene_.sensor())
+                         .gather(model, place.T_camera_model, &claims,
+                                 static_cast<std::int32_t>(selected_[whose[index]].candidate));
   });
   std::vector<int> moved;
-  for (std::size_t i = 0; i < has_moved.size(); ++i) {
-    if (has_moved[i] != 0) moved.push_back(static_cast<int>(i));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    SelectedCandidate& selected = selected_[whose[i]];
+    const bool has_moved = !moved.empty() && moved.back() == static_cast<int>(whose[i]);
+    const double log_odds_there = log_odds(places[i].evidence);
+    if (log_odds_there <= selected.log_odds + (has_moved ? 0.0 : kWorthMoving)) continue;
+    candidates_[selected.candidate].T_camera_model = places[i].T_camera_model;
+    selected.evidence = places[i].evidence;
+    selected.log_odds = log_odds_there;
+    if (!has_moved) moved.push_back(static_cast<int>(whose[i]));
   }
   return moved;
 }
 
-std::optional<Candidate> CandidatePool::better_place(const SelectedCandidate& selected,
-                                                     const RefinedPose& refined,
-                                                     const PixelClaims& claims) const {
+std::vector<Candidate> CandidatePool::places_beside(const SelectedCandidate& selected,
+                                                    const RefinedPose& refined) const {
   constexpr std::array<double, 8> kDistances = {-0.2, -0.15, -0.1, -0.05, 0.05, 0.1, 0.15, 0.2};
   Candidate candidate = candidates_[selected.candidate];
   const RecognitionModel& model = model_of(candidate);
   const auto diameter = static_cast<double>(model.diameter);
   const UncertainMotion motion =
       most_uncertain_motion(model, refined.T_camera_model, refined.covariance);
-  if (motion.displacement < kMayBeElsewhere * diameter) return std::nullopt;
-  const AlignmentOptions alignment = {1.5f * tolerances_for(model, scene_.noise()).fine, 512, 6};
-  EvidenceGatherer gatherer(scene_, scene_.sensor());
-  double best = selected.log_odds + kWorthMoving;
-  std::optional<Candidate> elsewhere;
+  if (motion.displacement < kMayBeElsewhere * diameter) return {};
+  std::vector<Candidate> places;
   for (const double distance : kDistances) {
-    const Eigen::Isometry3d T = motion.move(refined.T_camera_model, distance * diameter);
-    candidate.T_camera_model = align_projectively(scene_, model, T.cast<float>(), alignment);
-    candidate.evidence = gatherer.gather(model, candidate.T_camera_model, &claims,
-                                         static_cast<std::int32_t>(selected.candidate));
-    if (log_odds(candidate.evidence) <= best) continue;
-    best = log_odds(candidate.evidence);
-    elsewhere = candidate;
+    candidate.T_camera_model =
+        motion.move(refined.T_camera_model, distance * diameter).cast<float>();
+    places.push_back(candidate);
   }
-  return elsewhere;
+  return places;
 }
 
 std::vector<int> leaves_of(const ObservedScene& scene, const std::vector<int>& pixels) {

@@ -79,13 +79,12 @@ class CandidatePool {
   [[nodiscard]] double log_odds(const HypothesisEvidence& evidence) const;
   /// Whether a selected candidate is not even worth refining.
   [[nodiscard]] bool is_hopeless(const SelectedCandidate& selected) const;
-  void slide_to_silhouette(EvidenceGatherer& gatherer, Candidate& candidate,
-                           const PixelClaims* claims = nullptr, std::int32_t claimant = -1) const;
-  /// Where a selected candidate is clearly more credible than in its refined pose, if anywhere
-  /// along its most uncertain motion, with the evidence that others' claims leave it there.
-  [[nodiscard]] std::optional<Candidate> better_place(const SelectedCandidate& selected,
-                                                      const RefinedPose& refined,
-                                                      const PixelClaims& claims) const;
+  void slide_to_silhouette(Candidate& candidate, const PixelClaims* claims = nullptr,
+                           std::int32_t claimant = -1) const;
+  /// Places beside the refined pose of a selected candidate, along its most uncertain motion if
+  /// that leaves it any.
+  [[nodiscard]] std::vector<Candidate> places_beside(const SelectedCandidate& selected,
+                                                     const RefinedPose& refined) const;
   /// The most credible of the candidates that nothing selected stands for, one of each object.
   [[nodiscard]] std::vector<std::size_t> runners_up() const;
   [[nodiscard]] PixelClaims claims_of_selected() const;

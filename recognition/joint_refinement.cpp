@@ -167,13 +167,18 @@ class ObjectEquations {
   std::size_t surface_count_ = 0;
 };
 
-/// Gives every pixel to the first of the objects that explain it.
-void assign_pixels(const std::vector<ObjectEquations>& objects, PixelClaims& claims) {
-  std::fill(claims.begin(), claims.end(), -1);
+/// Gives every pixel to the first of the objects that explain it. `claimed` holds the pixels that
+/// are claimed, before and after.
+void assign_pixels(const std::vector<ObjectEquations>& objects, PixelClaims& claims,
+                   std::vector<int>& claimed) {
+  for (const int pixel : claimed) claims[static_cast<std::size_t>(pixel)] = -1;
+  claimed.clear();
   for (std::size_t i = 0; i < objects.size(); ++i) {
     for (const int pixel : objects[i].explained_pixels()) {
       std::int32_t& owner = claims[static_cast<std::size_t>(pixel)];
-      if (owner < 0) owner = static_cast<std::int32_t>(i);
+      if (owner >= 0) continue;
+      owner = static_cast<std::int32_t>(i);
+      claimed.push_back(pixel);
     }
   }
 }
@@ -220,16 +225,17 @@ void refine_moved(std::span<const RecognitionModel> models, const ObservedScene&
     const auto index = static_cast<std::size_t>(i);
     objects[index].render(poses[index].T_camera_model);
   });
-  PixelClaims claims(scene.pixels().size());
+  PixelClaims claims(scene.pixels().size(), -1);
+  std::vector<int> claimed;
   for (int pairing = 0; pairing < kPairings; ++pairing) {
-    assign_pixels(objects, claims);
+    assign_pixels(objects, claims, claimed);
     for_each_moved([&](int i, ObjectEquations& object, RefinedPose& pose) {
       object.observe(pose.T_camera_model, claims, i);
       object.move(pose.T_camera_model);
       object.render(pose.T_camera_model);
     });
   }
-  assign_pixels(objects, claims);
+  assign_pixels(objects, claims, claimed);
   for_each_moved([&](int i, ObjectEquations& object, RefinedPose& pose) {
     object.observe(pose.T_camera_model, claims, i);
     pose.covariance = object.covariance(pose.T_camera_model);

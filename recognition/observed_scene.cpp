@@ -12,7 +12,8 @@ namespace {
 
 constexpr float kSameSurface = 1.015f;   // depths within 1.5 % of the nearest are averaged
 constexpr double kPixelsPerLeaf = 1.35;  // a working pixel must not be coarser than a leaf / this
-constexpr int kChunk = 1024;
+constexpr int kLeavesPerChunk = 8192;
+constexpr int kFitsPerChunk = 128;
 constexpr int kRowsPerChunk = 16;
 constexpr int kMostLeaves = 400000;  // keeps a scene of any size affordable, at a coarser leaf
 
@@ -153,7 +154,7 @@ void ObservedScene::mark_support(int jobs) {
   for (const SupportPlane& plane : planes_) {
     const PlaneHeight height(plane);
     const auto tolerance = static_cast<float>(plane.tolerance);
-    parallel_chunks(octree_.size(), 8 * kChunk, jobs, [&](int, int begin, int end) {
+    parallel_chunks(octree_.size(), kLeavesPerChunk, jobs, [&](int, int begin, int end) {
       for (auto leaf = static_cast<std::size_t>(begin); leaf < static_cast<std::size_t>(end);
            ++leaf) {
         const Eigen::Vector3f& p = octree_.points()[leaf];
@@ -171,7 +172,7 @@ void ObservedScene::estimate_normals(int jobs) {
   normals_.assign(size, Eigen::Vector3f::Zero());
   reliable_.assign(size, 0);
   std::vector<LocalPlane> fits(object_leaves_.size());
-  parallel_chunks(static_cast<int>(fits.size()), kChunk, jobs, [&](int, int begin, int end) {
+  parallel_chunks(static_cast<int>(fits.size()), kFitsPerChunk, jobs, [&](int, int begin, int end) {
     for (int i = begin; i < end; ++i) {
       fits[static_cast<std::size_t>(i)] =
           octree_.plane_at(object_leaves_[static_cast<std::size_t>(i)]);

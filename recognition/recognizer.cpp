@@ -30,7 +30,6 @@ namespace {
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
 constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
 constexpr int kMostRounds = 8;             // of sampling, default setting
-constexpr int kIterationsPerChunk = 2;     // that a thread takes on at a time
 constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
 constexpr int kMostFlatRounds = 4;
 /// V of the points that face the sensor; less than 1, for of those some miss a normal or a pixel.
@@ -210,13 +209,11 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
       }
     }
   };
-  // A chunk's findings are its own until it is done: threads do not share cache lines.
-  const int chunk_size = kind == PairKind::kFlat ? 1 : kIterationsPerChunk;
-  std::vector<Found> all(static_cast<std::size_t>((iterations + chunk_size - 1) / chunk_size));
-  parallel_chunks(iterations, chunk_size, options_.jobs, [&](int chunk, int begin, int end) {
-    Found found;
-    for (int i = begin; i < end; ++i) iterate(i, found);  // line 4
-    all[static_cast<std::size_t>(chunk)] = std::move(found);
+  std::vector<Found> all(static_cast<std::size_t>(iterations));
+  parallel_for(iterations, options_.jobs, [&](int i) {
+    Found found;        // its own until it is done: threads do not share cache lines
+    iterate(i, found);  // line 4
+    all[static_cast<std::size_t>(i)] = std::move(found);
   });
   std::vector<Hypothesis> solutions;
   for (const Found& found : all) {

@@ -14,7 +14,7 @@
 namespace binpick {
 namespace {
 
-constexpr std::size_t kFitPoints = 4000;  // enough for any plane's parameters
+constexpr std::size_t kFitPoints = 1000;  // enough for any plane's parameters
 constexpr std::size_t kOutlinePoints = 1500;
 constexpr int kRejectedPlanes = 2;  // tried and found no support before giving up
 

@@ -1,7 +1,9 @@
 #include "recognition/thread_team.h"
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 namespace binpick {
 namespace {
@@ -22,6 +24,8 @@ bool comes_soon(const Condition& condition) {
 
 }  // namespace
 
+thread_local const ThreadTeam::Job* ThreadTeam::at_work_for_ = nullptr;
+
 ThreadTeam& ThreadTeam::shared() {
   // Never destroyed: its threads may still wait in it while the process ends.
   static ThreadTeam& team = *new ThreadTeam;
@@ -29,24 +33,30 @@ ThreadTeam& ThreadTeam::shared() {
 }
 
 void ThreadTeam::run(int helpers, const std::function<void()>& work) {
-  Job job{&work, helpers, 0};
+  Job job{&work, helpers, 0, nullptr};
+  job.outermost = at_work_for_ != nullptr ? at_work_for_ : &job;
   {
     const std::lock_guard lock(mutex_);
     start_threads(helpers);
     open_.push_back(&job);
     is_open_ = true;
   }
-  posted_.notify_all();
-  work();
+  changed_.notify_all();
+  work_on(job);
   {
     const std::lock_guard lock(mutex_);
     std::erase(open_, &job);
     is_open_ = !open_.empty();
   }
   const auto is_finished = [&] { return job.running == 0; };
-  if (comes_soon(is_finished)) return;
-  std::unique_lock lock(mutex_);
-  finished_.wait(lock, is_finished);
+  for (;;) {
+    comes_soon([&] { return is_finished() || is_open_; });
+    if (is_finished()) return;
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return is_finished() || open_kin_of(job) != nullptr; });
+    if (is_finished()) return;
+    join(*open_kin_of(job), lock);
+  }
 }
 
 void ThreadTeam::start_threads(int helpers) {
@@ -57,19 +67,35 @@ void ThreadTeam::serve() {
   for (;;) {
     comes_soon([&] { return is_open_.load(); });
     std::unique_lock lock(mutex_);
-    posted_.wait(lock, [&] { return !open_.empty(); });
-    Job& job = *open_.front();
-    if (--job.wanted == 0) {
-      open_.erase(open_.begin());
-      is_open_ = !open_.empty();
-    }
-    ++job.running;
-    lock.unlock();
-    (*job.work)();
-    lock.lock();
-    // Once none is running, the job may be gone.
-    if (--job.running == 0) finished_.notify_all();
+    changed_.wait(lock, [&] { return !open_.empty(); });
+    join(*open_.front(), lock);
   }
+}
+
+void ThreadTeam::join(Job& job, std::unique_lock<std::mutex>& lock) {
+  if (--job.wanted == 0) {
+    std::erase(open_, &job);
+    is_open_ = !open_.empty();
+  }
+  ++job.running;
+  lock.unlock();
+  work_on(job);
+  lock.lock();
+  // Once none is running, the job may be gone.
+  if (--job.running == 0) changed_.notify_all();
+}
+
+void ThreadTeam::work_on(const Job& job) {
+  const Job* const before = std::exchange(at_work_for_, job.outermost);
+  (*job.work)();
+  at_work_for_ = before;
+}
+
+ThreadTeam::Job* ThreadTeam::open_kin_of(const Job& job) const {
+  const auto kin = std::find_if(open_.begin(), open_.end(), [&](const Job* other) {
+    return other->outermost == job.outermost;
+  });
+  return kin == open_.end() ? nullptr : *kin;
 }
 
 }  // namespace binpick

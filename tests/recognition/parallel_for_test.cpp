@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <set>
@@ -44,6 +45,26 @@ TEST(ParallelFor, MayBeCalledFromItsOwnWork) {
   for (const auto& row : visits) {
     for (const int count : row) EXPECT_EQ(count, 1);
   }
+}
+
+TEST(ParallelFor, WhoWaitsForItsOwnWorkHelpsWithWhatThatCalls) {
+  constexpr int kMany = 8;  // more than the team has threads
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<bool> other_came{false};
+  std::atomic<bool> caller_helped{false};
+  parallel_for(2, 2, [&](int) {
+    if (std::this_thread::get_id() == caller) {
+      while (!other_came) std::this_thread::yield();
+      return;
+    }
+    other_came = true;
+    parallel_for(kMany, kMany, [&](int) {
+      // Long enough for all to come.
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      if (std::this_thread::get_id() == caller) caller_helped = true;
+    });
+  });
+  EXPECT_TRUE(caller_helped);
 }
 
 TEST(ParallelFor, MayBeCalledFromSeveralThreads) {
