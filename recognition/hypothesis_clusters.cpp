@@ -142,7 +142,7 @@ std::vector<Hypothesis> align_finely(std::vector<Hypothesis> hypotheses,
                                      const ObservedScene& scene, const ClusteringOptions& options) {
   std::vector<char> stands(hypotheses.size(), 0);
   parallel_chunks(
-      static_cast<int>(hypotheses.size()), 4, options.jobs, [&](int, int begin, int end) {
+      static_cast<int>(hypotheses.size()), 2, options.jobs, [&](int, int begin, int end) {
         for (int i = begin; i < end; ++i) {
           Hypothesis& hypothesis = hypotheses[static_cast<std::size_t>(i)];
           const auto index = static_cast<std::size_t>(hypothesis.model);

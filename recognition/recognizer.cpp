@@ -177,50 +177,61 @@ std::optional<std::pair<OrientedPoint, OrientedPoint>> Run::sample_pair(
 
 std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, int iterations,
                                                Seed seed, const Mu& mu, PairKind kind) {
-  struct Found {
+  struct Iteration {
+    std::optional<Eigen::Isometry3f> F_wx;
+    std::uint32_t cell = 0;
     std::vector<Hypothesis> solutions;
-    int pairs = 0;
-    int hypotheses = 0;
+  };
+  std::vector<Iteration> all(static_cast<std::size_t>(iterations));
+  std::vector<int> hypotheses(all.size(), 0);
+  const auto model_pairs_of = [&](std::uint32_t cell, std::size_t M) -> std::span<const PairFrame> {
+    return kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
+  };
+  const auto draw = [&](int i, const ShellSampler& shell) {
+    const auto index = static_cast<std::size_t>(i);
+    Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
+    const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
+    if (!pair) return;
+    all[index].F_wx = pair_frame(pair->first, pair->second);
+    if (!all[index].F_wx) return;
+    // 5) hash table access
+    const PairDescriptor f_uv = pair_descriptor(pair->first, pair->second);  // line 10
+    all[index].cell = PairTable::cell(f_uv);                                 // line 11
+    for (std::size_t M = 0; M < library_.models().size(); ++M) {
+      hypotheses[index] += static_cast<int>(model_pairs_of(all[index].cell, M).size());
+    }
+  };
+  const auto test = [&](int i) {
+    Iteration& iteration = all[static_cast<std::size_t>(i)];
+    if (!iteration.F_wx) return;
+    std::vector<Hypothesis> solutions;  // not shared yet: threads do not wait for cache lines
+    for (std::size_t M = 0; M < library_.models().size(); ++M) {  // line 14
+      // 6) generate and test
+      for (const PairFrame& F_uv_inverse : model_pairs_of(iteration.cell, M)) {      // lines 12-13
+        const Eigen::Isometry3f T = hypothesis_pose(*iteration.F_wx, F_uv_inverse);  // line 15
+        if (auto accepted = mu(static_cast<int>(M), T)) {                            // line 16
+          solutions.push_back(*accepted);                                            // line 17
+        }
+      }
+    }
+    iteration.solutions = std::move(solutions);
   };
   // Of width d and tolerance delta_d.
   const ShellSampler shell(
       scene_.octree(), sampled, static_cast<float>(library_.pair_width()),
       std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size()));
-  const auto iterate = [&](int i, Found& found) {
-    Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
-    const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
-    if (!pair) return;
-    const auto F_wx = pair_frame(pair->first, pair->second);
-    if (!F_wx) return;
-    ++found.pairs;
-    // 5) hash table access
-    const PairDescriptor f_uv = pair_descriptor(pair->first, pair->second);  // line 10
-    const std::uint32_t cell = PairTable::cell(f_uv);                        // line 11
-    for (std::size_t M = 0; M < library_.models().size(); ++M) {             // line 14
-      // 6) generate and test
-      const std::span<const PairFrame> model_pairs =
-          kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
-      for (const PairFrame& F_uv_inverse : model_pairs) {                  // lines 12-13
-        const Eigen::Isometry3f T = hypothesis_pose(*F_wx, F_uv_inverse);  // line 15
-        ++found.hypotheses;
-        if (auto accepted = mu(static_cast<int>(M), T)) {  // line 16
-          found.solutions.push_back(*accepted);            // line 17
-        }
-      }
-    }
-  };
-  std::vector<Found> all(static_cast<std::size_t>(iterations));
-  parallel_for(iterations, options_.jobs, [&](int i) {
-    Found found;        // its own until it is done: threads do not share cache lines
-    iterate(i, found);  // line 4
-    all[static_cast<std::size_t>(i)] = std::move(found);
+  constexpr int kDrawsPerChunk = 8;
+  // The iterations of line 4, drawn first: the cells' sizes differ by orders of magnitude.
+  parallel_chunks(iterations, kDrawsPerChunk, options_.jobs, [&](int, int begin, int end) {
+    for (int i = begin; i < end; ++i) draw(i, shell);
   });
+  parallel_for_longest_first(hypotheses, options_.jobs, test);
   std::vector<Hypothesis> solutions;
-  for (const Found& found : all) {
-    solutions.insert(solutions.end(), found.solutions.begin(), found.solutions.end());
-    result_.counters.pairs += found.pairs;
-    result_.counters.hypotheses += found.hypotheses;
+  for (const Iteration& iteration : all) {
+    solutions.insert(solutions.end(), iteration.solutions.begin(), iteration.solutions.end());
+    result_.counters.pairs += iteration.F_wx ? 1 : 0;
   }
+  result_.counters.hypotheses += std::accumulate(hypotheses.begin(), hypotheses.end(), 0);
   result_.counters.iterations += iterations;
   return solutions;
 }

@@ -19,6 +19,13 @@ constexpr double kNormalByMedian = 2.198;  // variance of a normal variable by i
 constexpr int kDepthBins = 6;
 constexpr float kSteep = 1.5f;  // tangent of the slant from which lateral noise counts
 
+/// The variance of what the squares belong to, from their median.
+double robust_variance(std::vector<float>& squares) {
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  return kNormalByMedian * static_cast<double>(*middle);
+}
+
 /// Squares of second differences, in depth: e = z_left - 2 z + z_right after the plane is taken
 /// off.
 class Differences {
@@ -33,17 +40,28 @@ class Differences {
     // Each of what is collected comes from one step alone.
     parallel_for(static_cast<int>(kSteps.size()), jobs,
                  [&](int step) { collect(static_cast<std::size_t>(step)); });
+    std::vector<Bin*> bins = {&steep_};
+    for (Bin& bin : of_step_) bins.push_back(&bin);
+    for (Bin& bin : by_depth_) bins.push_back(&bin);
+    parallel_for(static_cast<int>(bins.size()), jobs, [&](int i) {
+      Bin& bin = *bins[static_cast<std::size_t>(i)];
+      if (bin.is_enough()) bin.variance = robust_variance(bin.squares);
+    });
   }
 
   struct Bin {
     std::vector<float> squares;
-    double depth = 0.0;
-    double slant = 0.0;  // mean of (dz / pixel)^2
+    double variance = 0.0;  // of a difference, if there are enough of them
+    double depth = 0.0;     // sums
+    double slant = 0.0;     // of (dz / pixel)^2
+
+    [[nodiscard]] bool is_enough() const { return squares.size() >= kFewest; }
+    [[nodiscard]] double count() const { return static_cast<double>(squares.size()); }
   };
   /// The differences of the widest step on surfaces that face the sensor.
-  [[nodiscard]] std::vector<Bin>& by_depth() { return by_depth_; }
-  [[nodiscard]] Bin& steep() { return steep_; }
-  [[nodiscard]] std::vector<float>& of_step(std::size_t step) { return of_step_[step]; }
+  [[nodiscard]] const std::vector<Bin>& by_depth() const { return by_depth_; }
+  [[nodiscard]] const Bin& steep() const { return steep_; }
+  [[nodiscard]] const Bin& of_step(std::size_t step) const { return of_step_[step]; }
 
  private:
   void collect(std::size_t step) {
@@ -65,7 +83,7 @@ class Differences {
   }
   void add(std::size_t step, float z, float square, float slope) {
     const float tangent = std::abs(slope) * projection_.fx / z;
-    if (tangent < 0.5f * kSteep) of_step_[step].push_back(square);
+    if (tangent < 0.5f * kSteep) of_step_[step].squares.push_back(square);
     if (step != kWidest && tangent < kSteep) return;
     Bin* bin = &steep_;
     if (tangent < kSteep) {
@@ -90,27 +108,19 @@ class Differences {
   float farthest_ = 0.0f;
   std::vector<Bin> by_depth_{kDepthBins};
   Bin steep_;
-  std::array<std::vector<float>, kSteps.size()> of_step_;
+  std::array<Bin, kSteps.size()> of_step_;
 };
 
-/// The variance of what the squares belong to, from their median.
-double robust_variance(std::vector<float>& squares) {
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  return kNormalByMedian * static_cast<double>(*middle);
-}
-
 /// variance = constant^2 + quadratic^2 z^4 over the bins, both terms at least zero.
-void fit_axial(std::vector<Differences::Bin>& bins, SensorEstimate& sensor) {
+void fit_axial(const std::vector<Differences::Bin>& bins, SensorEstimate& sensor) {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  for (Differences::Bin& bin : bins) {
-    if (bin.squares.size() < kFewest) continue;
-    const double z = bin.depth / static_cast<double>(bin.squares.size());
-    const double variance = robust_variance(bin.squares) / 6.0;  // 1 + 4 + 1
+  for (const Differences::Bin& bin : bins) {
+    const double variance = bin.variance / 6.0;  // 1 + 4 + 1
     if (!(variance > 0.0)) continue;
+    const double z = bin.depth / bin.count();
     // Relative errors count, as a variance's error grows with it.
-    const double weight = static_cast<double>(bin.squares.size()) / (variance * variance);
+    const double weight = bin.count() / (variance * variance);
     const Eigen::Vector2d row(1.0, std::pow(z, 4));
     information += weight * row * row.transpose();
     right += weight * variance * row;
@@ -133,14 +143,14 @@ void fit_axial(std::vector<Differences::Bin>& bins, SensorEstimate& sensor) {
 }
 
 /// From how the variance of second differences grows with the step: 6 - 8 rho(s) + 2 rho(2 s).
-float correlated_pixels(Differences& differences) {
+float correlated_pixels(const Differences& differences) {
   constexpr double kLeastCorrelation = 0.05;  // less is the medians' own noise
   std::array<double, kSteps.size() + 1> rho{};
   double plateau = 0.0;
   std::array<double, kSteps.size()> variances{};
   for (std::size_t i = 0; i < kSteps.size(); ++i) {
-    if (differences.of_step(i).size() < kFewest) return 1.0f;
-    variances[i] = robust_variance(differences.of_step(i));
+    if (!differences.of_step(i).is_enough()) return 1.0f;
+    variances[i] = differences.of_step(i).variance;
     plateau = std::max(plateau, variances[i] / 6.0);
   }
   if (!(plateau > 0.0)) return 1.0f;
@@ -161,17 +171,15 @@ SensorEstimate estimate_sensor(const Projection& projection, const std::vector<S
   constexpr float kLeastLateral = 0.1f;
   constexpr float kMostLateral = 0.5f;
   SensorEstimate sensor;
-  Differences differences(projection, pixels, jobs);
+  const Differences differences(projection, pixels, jobs);
   fit_axial(differences.by_depth(), sensor);
   sensor.correlated_pixels = correlated_pixels(differences);
   sensor.lateral = kLeastLateral;
-  Differences::Bin& steep = differences.steep();
-  if (steep.squares.size() >= kFewest) {
-    const auto count = static_cast<double>(steep.squares.size());
-    const auto axial =
-        static_cast<double>(sensor.axial_variance(static_cast<float>(steep.depth / count)));
-    const double excess = robust_variance(steep.squares) / 6.0 - axial;
-    const double lateral = std::sqrt(std::max(excess, 0.0) / (steep.slant / count));
+  const Differences::Bin& steep = differences.steep();
+  if (steep.is_enough()) {
+    const auto depth = static_cast<float>(steep.depth / steep.count());
+    const double excess = steep.variance / 6.0 - static_cast<double>(sensor.axial_variance(depth));
+    const double lateral = std::sqrt(std::max(excess, 0.0) / (steep.slant / steep.count()));
     sensor.lateral = std::clamp(static_cast<float>(lateral), kLeastLateral, kMostLateral);
   }
   return sensor;
