@@ -28,9 +28,11 @@ namespace binpick {
 namespace {
 
 constexpr double kPlaneAreaPerFace = 2.5;  // a support plane is larger than any face by this
-constexpr int kMostIterations = 20000;     // keeps a scene of pure clutter affordable
-constexpr int kMostRounds = 8;             // of sampling, default setting
-constexpr int kFlatIterations = 12;        // pairs on the unexplained rest, for single faces
+// They keep a scene of pure clutter affordable.
+constexpr int kMostIterations = 20000;
+constexpr int kMostPerRound = 8000;
+constexpr int kMostRounds = 8;       // of sampling, default setting
+constexpr int kFlatIterations = 12;  // pairs on the unexplained rest, for single faces
 constexpr int kMostFlatRounds = 4;
 /// V of the points that face the sensor; less than 1, for of those some miss a normal or a pixel.
 constexpr double kFacingShare = 0.6;
@@ -327,7 +329,7 @@ void Run::recognize_in_rounds() {
   for (int round = 0; round < kMostRounds && !sampled.empty(); ++round) {
     const std::size_t before = pool.selected().size();
     const double V = (round == 0 ? 1.0 : kLaterVisibility) * options_.visibility;
-    const int N = compute_iterations(sampled.size(), V);
+    const int N = std::min(compute_iterations(sampled.size(), V), kMostPerRound);
     sample_round(round, N, PairKind::kSpatial, kSpatialClusters);
     if (round + 1 >= kLeastRounds && pool.selected().size() == before) break;
   }
