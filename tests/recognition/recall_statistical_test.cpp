@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Gate{"UnknownObjects", "known", "unknown", 12, 0.78, 1.0, 0.0025, 0.080},
                       Gate{"Toys", "toys", "kinect", 10, 0.85, 0.4, 0.0025, 0.050},
                       Gate{"ScannedToys", "scans", "laser", 10, 0.88, 0.4, 0.0015, 0.040},
-                      Gate{"Harsh", "known", "harsh", 16, 0.75, 1.3, 0.0040, 0.150}),
+                      Gate{"Harsh", "known", "harsh", 64, 0.85, 0.5, 0.0025, 0.110}),
     [](const auto& gate) { return std::string(gate.param.name); });
 
 }  // namespace
