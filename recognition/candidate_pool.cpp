@@ -290,8 +290,9 @@ std::vector<int> CandidatePool::move_elsewhere(const std::vector<RefinedPose>& r
     const auto index = static_cast<std::size_t>(i);
     Candidate& place = places[index];
     const RecognitionModel& model = model_of(place);
-    const AlignmentOptions alignment = {1.5f * tolerances_for(model, scene_.noise()).fine, 512, 6};
-    place.T_camera_model = align_projectively(scene_, model, place.T_camera_model, alignment);
+    place.T_camera_model =
+        align_projectively(scene_, model, place.T_camera_model,
+                           fine_alignment(tolerances_for(model, scene_.noise()).fine));
     place.evidence = EvidenceGatherer(scene_, scene_.sensor())
                          .gather(model, place.T_camera_model, &claims,
                                  static_cast<std::int32_t>(selected_[whose[index]].candidate));

@@ -149,7 +149,7 @@ std::vector<Hypothesis> align_finely(std::vector<Hypothesis> hypotheses,
           const RecognitionModel& model = models[index];
           const ModelTolerances tolerance = tolerances_for(model, scene.noise());
           const Eigen::Isometry3f T = align_projectively(scene, model, hypothesis.T_camera_model,
-                                                         {1.5f * tolerance.fine, 512, 6});
+                                                         fine_alignment(tolerance.fine));
           const FacingCounts counts =
               count_facing(scene, model, T, tolerance.fine, 0, model.test_points.size());
           hypothesis.T_camera_model = T;

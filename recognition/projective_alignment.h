@@ -24,6 +24,11 @@ struct AlignmentOptions {
   int iterations = 4;
 };
 
+/// For a pose that is about right, of a model that agrees with the scene to within `tolerance`, m.
+[[nodiscard]] inline AlignmentOptions fine_alignment(float tolerance) {
+  return {1.5f * tolerance, 512, 6};
+}
+
 /// Projective point-to-plane alignment: every model point that faces the sensor is paired with the
 /// scene point seen in its pixel; the distance along the model's normal is minimised (Gauss-Newton,
 /// one linear solve per iteration). Model normals are exact, scene normals are not. Allocates

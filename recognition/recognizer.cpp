@@ -184,12 +184,16 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
     std::uint32_t cell = 0;
     std::vector<Hypothesis> solutions;
   };
+  // Of width d and tolerance delta_d.
+  const ShellSampler shell(
+      scene_.octree(), sampled, static_cast<float>(library_.pair_width()),
+      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size()));
   std::vector<Iteration> all(static_cast<std::size_t>(iterations));
   std::vector<int> hypotheses(all.size(), 0);
   const auto model_pairs_of = [&](std::uint32_t cell, std::size_t M) -> std::span<const PairFrame> {
     return kind == PairKind::kFlat ? library_.coplanar_pairs(M) : library_.pairs().pairs(cell, M);
   };
-  const auto draw = [&](int i, const ShellSampler& shell) {
+  const auto draw = [&](int i) {
     const auto index = static_cast<std::size_t>(i);
     Random random(derive_seed(seed, static_cast<std::uint64_t>(i)));
     const auto pair = sample_pair(sampled, shell, random, kind);  // lines 5-9
@@ -218,14 +222,10 @@ std::vector<Hypothesis> Run::generate_and_test(const std::vector<int>& sampled, 
     }
     iteration.solutions = std::move(solutions);
   };
-  // Of width d and tolerance delta_d.
-  const ShellSampler shell(
-      scene_.octree(), sampled, static_cast<float>(library_.pair_width()),
-      std::max(static_cast<float>(library_.pair_tolerance()), 0.5f * scene_.octree().leaf_size()));
   constexpr int kDrawsPerChunk = 8;
   // The iterations of line 4, drawn first: the cells' sizes differ by orders of magnitude.
   parallel_chunks(iterations, kDrawsPerChunk, options_.jobs, [&](int, int begin, int end) {
-    for (int i = begin; i < end; ++i) draw(i, shell);
+    for (int i = begin; i < end; ++i) draw(i);
   });
   parallel_for_longest_first(hypotheses, options_.jobs, test);
   std::vector<Hypothesis> solutions;
